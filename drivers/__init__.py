@@ -1,0 +1,1 @@
+"""Devices and their bytes -> stamped readings. Knows nothing of maps."""

@@ -1,0 +1,81 @@
+"""What crosses a bus, and the port that carries it: the only terms which drivers and emulators share."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+NEVER_NS = 1 << 62
+"""A deadline that does not come."""
+
+In = TypeVar("In", covariant=True)
+Out = TypeVar("Out", contravariant=True)
+
+
+@dataclass(frozen=True, slots=True)
+class CanFrame:
+    """One CAN frame, sent or received."""
+
+    identifier: int
+    data: bytes
+    extended: bool = False
+    remote: bool = False
+    stamp_ns: int = 0
+    """When it was received, CLOCK_MONOTONIC; 0 on frames to send."""
+
+
+@dataclass(frozen=True, slots=True)
+class I2cMessage:
+    """One message of a transfer: bytes to write or, if there are none, a count of bytes to read."""
+
+    address: int
+    """7 bit."""
+    write: bytes = b""
+    read: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class I2cTransfer:
+    """Messages which go out in one piece, as with I2C_RDWR."""
+
+    messages: tuple[I2cMessage, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class I2cResult:
+    """What became of a transfer."""
+
+    transfer: I2cTransfer
+    start_ns: int
+    end_ns: int
+    data: bytes = b""
+    """The bytes read by its messages, one after the other."""
+    errno: int = 0
+    """0, or why the transfer failed; a missing acknowledge is one of NACK_ERRNOS."""
+
+
+NACK_ERRNOS = frozenset({5, 6, 110, 121})
+"""EIO, ENXIO, ETIMEDOUT, EREMOTEIO: which of them means "no acknowledge" differs by adapter."""
+
+
+class Port(Protocol[In, Out]):
+    """One end of a bus, owned by one thread.
+
+    A serial port receives and sends chunks of bytes, a CAN port frames; an I2C port sends transfers and
+    receives their results.
+    """
+
+    def open(self) -> None:
+        """Make ready. Raises PortError, which names the port and the mend."""
+        ...
+
+    def close(self) -> None:
+        """Let go. May be called twice."""
+        ...
+
+    def write(self, items: Sequence[Out]) -> None:
+        """Send. Raises PortError when the port is lost."""
+        ...
+
+    def read(self, timeout_s: float) -> Sequence[In]:
+        """What has come in; waits for something at most so long. Raises PortError when the port is lost."""
+        ...

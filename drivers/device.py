@@ -1,0 +1,91 @@
+"""A device as a state machine that does no input or output of its own, and the line on which several hang."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Generic, Protocol, TypeVar
+
+from echogrid.drivers.bus import NEVER_NS
+from echogrid.drivers.readings import Reading
+
+In = TypeVar("In")
+Out = TypeVar("Out")
+In_contra = TypeVar("In_contra", contravariant=True)
+Out_co = TypeVar("Out_co", covariant=True)
+
+
+class Level(IntEnum):
+    """Health, with the names and values of ROS diagnostics."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+    STALE = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Health:
+    """How a device is, in a word and a line that says what to do."""
+
+    level: Level
+    message: str
+    counts: Mapping[str, int]
+    """Every event counted since the start, by name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step(Generic[Out_co]):
+    """What a device wants after a step: readings out, something sent, and to be called again."""
+
+    readings: tuple[Reading, ...] = ()
+    send: tuple[Out_co, ...] = ()
+    deadline_ns: int = NEVER_NS
+    """When to step again if nothing is received before."""
+
+
+class Device(Protocol[In_contra, Out_co]):
+    """A sensor or controller. `In` and `Out` are what its bus carries (see bus.Port)."""
+
+    name: str
+
+    def step(self, now_ns: int, received: Sequence[In_contra]) -> Step[Out_co]:
+        """Take what the bus brought (everything on it, for others too) and say what comes next."""
+        ...
+
+    def lost(self, now_ns: int) -> None:
+        """The port was lost: forget half-read frames and open requests, set the device up again."""
+        ...
+
+    def health(self, now_ns: int) -> Health:
+        """How it is."""
+        ...
+
+
+@dataclass(slots=True)
+class Line(Generic[In, Out]):
+    """The devices on one bus, stepped as one. Each sees all that comes in and takes what is its own."""
+
+    name: str
+    devices: Sequence[Device[In, Out]]
+    _deadlines_ns: list[int] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._deadlines_ns = [0] * len(self.devices)
+
+    def step(self, now_ns: int, received: Sequence[In]) -> Step[Out]:
+        """Step every device that is due, or all of them if something came in."""
+        readings: list[Reading] = []
+        send: list[Out] = []
+        for index, device in enumerate(self.devices):
+            if received or now_ns >= self._deadlines_ns[index]:
+                step = device.step(now_ns, received)
+                readings += step.readings
+                send += step.send
+                self._deadlines_ns[index] = step.deadline_ns
+        return Step(tuple(readings), tuple(send), min(self._deadlines_ns, default=NEVER_NS))
+
+    def lost(self, now_ns: int) -> None:
+        """The port was lost."""
+        for device in self.devices:
+            device.lost(now_ns)
+        self._deadlines_ns = [now_ns] * len(self.devices)

@@ -1,0 +1,61 @@
+"""What a device reports: stamped facts in SI units, never magic numbers."""
+
+from dataclasses import dataclass
+from enum import Enum
+from math import nan
+
+
+class Outcome(Enum):
+    """The four things that a ping can tell."""
+
+    ECHO = "echo"
+    NO_ECHO = "no echo"
+    TOO_CLOSE = "too close"
+    INVALID = "invalid"
+
+
+@dataclass(frozen=True, slots=True)
+class RangeReading:
+    """One ping's result, at the moment when its sound met the obstacle."""
+
+    stamp_ns: int
+    """CLOCK_MONOTONIC, estimated."""
+    stamp_error_ns: int
+    """How far off the stamp may be."""
+    sensor: str
+    outcome: Outcome
+    distance: float = nan
+    """m from the transducer; NaN unless ECHO."""
+    raw: bytes = b""
+    """The device's own bytes."""
+    reason: str = ""
+    """Why, when INVALID."""
+
+
+@dataclass(frozen=True, slots=True)
+class WheelReading:
+    """One wheel's absolute, unwrapped angle."""
+
+    stamp_ns: int
+    stamp_error_ns: int
+    wheel: str
+    angle: float
+    """rad, positive drives the robot forward."""
+    rate: float
+    """rad/s."""
+    discontinuity: bool = False
+    """The controller restarted or jumped: the angle was re-baselined with zero motion."""
+    raw: bytes = b""
+
+
+Reading = RangeReading | WheelReading
+
+
+def classify(distance: float, nearest: float, farthest: float) -> tuple[Outcome, float]:
+    """The outcome and distance (m, NaN unless ECHO) of a measured distance, given the sensor's blanking
+    distance and reach: an echo lies in [nearest, farthest)."""
+    if distance < nearest:
+        return Outcome.TOO_CLOSE, nan
+    if distance >= farthest:
+        return Outcome.NO_ECHO, nan
+    return Outcome.ECHO, distance

@@ -1,0 +1,1 @@
+"""Ports which move bytes, frames and transfers, and know no device."""

@@ -1,0 +1,1 @@
+"""The emulated robot: world, acoustics, device emulators, wires, faults."""

@@ -1,0 +1,1 @@
+"""The service: config, acquisition, fixed-rate loop, outputs, command line."""
