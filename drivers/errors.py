@@ -1,4 +1,7 @@
-"""What goes wrong with ports and devices: one root, few leaves, each also the builtin that a stranger would catch."""
+"""What goes wrong with ports and devices: one root, few leaves.
+
+Each leaf is also the builtin that a stranger would catch.
+"""
 
 
 class EchogridError(Exception):
@@ -9,5 +12,5 @@ class PortError(EchogridError, OSError):
     """A port is missing, forbidden or lost. The text names the port and the mend."""
 
 
-class UnknownDriver(EchogridError, LookupError):
+class UnknownDriverError(EchogridError, LookupError):
     """No driver of that name."""

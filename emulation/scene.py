@@ -1,0 +1,21 @@
+"""What an emulated ranger hears: the seam between acoustics and devices."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Echo:
+    """One sound that comes back to the transducer."""
+
+    distance: float
+    """m, half of the way that the sound went."""
+    margin: float
+    """dB above the detection threshold at full gain; negative ones are not heard."""
+    kind: str
+    """"wall", "corner", "edge", "cylinder", "rough" or "bounce"."""
+
+
+Scene = Callable[[int], tuple[Echo, ...]]
+"""Fire time (ns, CLOCK_MONOTONIC) -> the echoes heard, nearest first; () when none. Dropouts and range
+noise are already in it."""
