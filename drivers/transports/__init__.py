@@ -1,1 +1,1 @@
-"""Ports which move bytes, frames and transfers, and know no device."""
+"""Ports: what moves bytes, transfers and frames between a bus and its devices."""

@@ -1,0 +1,7 @@
+"""Limits of settings, checked once and told in one way."""
+
+
+def require_between(key: str, value: int | float, lowest: int | float, highest: int | float) -> None:
+    """Raise ValueError, naming key and range, unless lowest <= value <= highest."""
+    if not lowest <= value <= highest:
+        raise ValueError(f"{key} is {value}: expected {lowest} to {highest}")

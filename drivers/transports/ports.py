@@ -1,0 +1,56 @@
+"""A port by kind and address."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from echogrid.drivers.bus import Port
+from echogrid.drivers.limits import require_between
+from echogrid.drivers.transports.can import CanPort
+from echogrid.drivers.transports.i2c import Adapter, I2cPort
+from echogrid.drivers.transports.i2c_kernel import KernelAdapter
+from echogrid.drivers.transports.i2c_socket import SocketAdapter
+from echogrid.drivers.transports.serial import SerialPort
+
+SOCKET = "unix:"
+NO_OPTIONS: Mapping[str, Any] = MappingProxyType({})
+
+
+def make_port(kind: str, address: str, options: Mapping[str, Any] = NO_OPTIONS) -> Port[Any, Any]:
+    """The port, not yet open. Raises ValueError, which names the option, if it cannot be.
+
+    serial: address is a path; options baud.
+    i2c: address is a path (/dev/i2c-1), or unix:PATH for an emulated bus; options timeout_s.
+    can: address is a channel of python-can; options interface, bitrate, and what else that interface takes.
+    """
+    if kind == "serial":
+        _require_known(options, "baud")
+        return SerialPort(address, **options)
+    if kind == "i2c":
+        _require_known(options, "timeout_s")
+        return I2cPort(_adapter(address, **options))
+    if kind == "can":
+        own = {key: value for key, value in options.items() if key in ("interface", "bitrate")}
+        more = {key: value for key, value in options.items() if key not in own}
+        return CanPort(address, **own, more=more)
+    raise ValueError(f"kind is {kind!r}: expected 'serial', 'i2c' or 'can'")
+
+
+def open_port(kind: str, address: str, options: Mapping[str, Any] = NO_OPTIONS) -> Port[Any, Any]:
+    """The port of make_port, opened. Raises PortError, which names the port and the mend."""
+    port = make_port(kind, address, options)
+    port.open()
+    return port
+
+
+def _adapter(address: str, timeout_s: float = 0.1) -> Adapter:
+    require_between("timeout_s", timeout_s, 0.01, 10.0)
+    if address.startswith(SOCKET):
+        return SocketAdapter(address.removeprefix(SOCKET), timeout_s)
+    return KernelAdapter(address, timeout_s)
+
+
+def _require_known(options: Mapping[str, Any], *known: str) -> None:
+    for key in options:
+        if key not in known:
+            raise ValueError(f"{key} is no option of this port: expected {', '.join(known)}")

@@ -1,0 +1,73 @@
+"""Serial ports, by pyserial."""
+
+import select
+import termios
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from echogrid.drivers.errors import PortError
+from echogrid.drivers.limits import require_between
+from echogrid.drivers.transports.mend import cannot_open
+
+if TYPE_CHECKING:
+    import serial
+
+MOST_BYTES = 4096
+"""One read takes no more, so that a babbling line cannot hold its thread."""
+WRITE_WITHIN_S = 0.1
+
+
+class SerialPort:
+    """A serial port, 8N1, held exclusively."""
+
+    def __init__(self, address: str, *, baud: int = 9600) -> None:
+        require_between("baud", baud, 50, 4_000_000)
+        self._address = address
+        self._baud = baud
+        self._serial: serial.Serial | None = None
+
+    def open(self) -> None:
+        """Make ready. Raises PortError, which names the port and the mend."""
+        import serial
+
+        self.close()
+        try:
+            self._serial = serial.Serial(
+                self._address, self._baud, timeout=0, write_timeout=WRITE_WITHIN_S, exclusive=True
+            )
+        except (OSError, ValueError, termios.error) as error:
+            code = error.errno if isinstance(error, OSError) else None
+            raise cannot_open("serial", self._address, "dialout", error, code) from error
+
+    def close(self) -> None:
+        """Let go. May be called twice."""
+        if self._serial is not None:
+            self._serial.close()
+            self._serial = None
+
+    def write(self, items: Sequence[bytes]) -> None:
+        """Send. Raises PortError when the port is lost."""
+        port = self._opened()
+        try:
+            port.write(b"".join(items))
+        except OSError as error:
+            raise self._lost(error) from error
+
+    def read(self, timeout_s: float) -> Sequence[bytes]:
+        """What has come in; waits for something at most so long. Raises PortError when the port is lost."""
+        port = self._opened()
+        try:
+            ready, _, _ = select.select([port], [], [], timeout_s)
+            # A lost port is ready for ever, with nothing waiting: only a read finds that out.
+            chunk = port.read(max(1, min(port.in_waiting, MOST_BYTES))) if ready else b""
+        except OSError as error:
+            raise self._lost(error) from error
+        return (chunk,) if chunk else ()
+
+    def _opened(self) -> "serial.Serial":
+        if self._serial is None:
+            raise PortError(f"{self._address}: not open")
+        return self._serial
+
+    def _lost(self, error: OSError) -> PortError:
+        return PortError(f"{self._address}: serial port lost, was it unplugged? ({error})")

@@ -1,0 +1,121 @@
+"""The sonar's cone on a grid: which cells one ping speaks about, and how strongly.
+
+Murphy, Introduction to AI Robotics, 11.2-11.3. A cell at distance r and angle alpha from the transducer's
+axis is in region I if |r - s| <= tolerance (an echo at s: probably occupied), in region II if it is nearer
+(probably empty), and in region III, about which the ping says nothing, elsewhere.
+"""
+
+from dataclasses import dataclass
+from math import atan2, cos, hypot, pi, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from echogrid.mapping.grid import GridGeometry, Patch
+from echogrid.mapping.pose import Pose
+from echogrid.mapping.ranger import Ranger, effective_tolerance
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Cone:
+    """The cells of one ping's regions I and II, each array of shape (n,)."""
+
+    patch: Patch
+    """The part of the grid that holds them all."""
+    rows: NDArray[np.intp]
+    cols: NDArray[np.intp]
+    distance: Floats
+    """m, r: from the transducer to the cell's centre."""
+    bearing: Floats
+    """rad, |alpha|: off the axis."""
+    belief: Floats
+    """b: how strongly the ping speaks, 0...1."""
+    occupied: NDArray[np.bool_]
+    """True in region I, False in region II."""
+    echo: bool
+    """False if nothing came back: then all of it is region II."""
+    half_angle: float
+    farthest: float
+
+
+def belief(distance: Floats, bearing: Floats, farthest: float, half_angle: float) -> Floats:
+    """b = ((R - r)/R + (beta - |alpha|)/beta)/2, the common term of equations 11.1, 11.2, 11.7 and 11.8.
+
+    Each half is kept from going negative: cells of a thick region I may lie beyond R, and near cells that
+    touch the cone beyond beta.
+    """
+    near = np.maximum(farthest - distance, 0.0) / farthest
+    central = np.maximum(half_angle - np.abs(bearing), 0.0) / half_angle
+    result: Floats = (near + central) / 2.0
+    return result
+
+
+def cast(
+    geometry: GridGeometry, transducer: Pose, ranger: Ranger, echo_distance: float | None, tolerance: float
+) -> Cone:
+    """The cone of a ping sent from `transducer` (its pose in the grid's frame).
+
+    `echo_distance` (m) is the reading s, None if nothing came back within the ranger's reach.
+    """
+    s = ranger.farthest if echo_distance is None else echo_distance
+    band = effective_tolerance(tolerance, geometry.resolution, s)
+    reach = s + band if echo_distance is not None else s
+    patch = geometry.window(*_bounds(transducer, ranger.half_angle, reach, geometry.resolution))
+    along, across = _sensor_frame(geometry, patch, transducer)
+    squared = along * along + across * across
+    inside = _inside(along, np.abs(across), ranger.half_angle, geometry.resolution) & (
+        squared <= reach * reach
+    )
+    rows, cols = np.nonzero(inside)
+    distance = np.sqrt(squared[rows, cols])
+    bearing = np.abs(np.arctan2(across[rows, cols], along[rows, cols]))
+    return Cone(
+        patch,
+        rows + patch[0].start,
+        cols + patch[1].start,
+        distance,
+        bearing,
+        belief(distance, bearing, ranger.farthest, ranger.half_angle),
+        distance >= s - band if echo_distance is not None else np.zeros(len(rows), np.bool_),
+        echo_distance is not None,
+        ranger.half_angle,
+        ranger.farthest,
+    )
+
+
+def _inside(along: Floats, across: Floats, half_angle: float, resolution: float) -> NDArray[np.bool_]:
+    """Within the cone, or within half a cell of its axis: a cone narrower than a cell still has no holes."""
+    result: NDArray[np.bool_] = (along > 0.0) & (
+        (across <= along * (sin(half_angle) / cos(half_angle))) | (across <= resolution / 2.0)
+    )
+    return result
+
+
+def _sensor_frame(geometry: GridGeometry, patch: Patch, transducer: Pose) -> tuple[Floats, Floats]:
+    """The patch's cell centres along and across the axis, m."""
+    dx = geometry.x_centres[patch[1]][np.newaxis, :] - transducer.x
+    dy = geometry.y_centres[patch[0]][:, np.newaxis] - transducer.y
+    c, s = cos(transducer.yaw), sin(transducer.yaw)
+    return c * dx + s * dy, c * dy - s * dx
+
+
+def _bounds(
+    transducer: Pose, half_angle: float, reach: float, resolution: float
+) -> tuple[float, float, float, float]:
+    """West, south, east and north of the cone, half a cell wider."""
+    quarter = pi / 2.0
+    turns = [k * quarter for k in range(-4, 5) if abs(k * quarter - transducer.yaw) < half_angle]
+    angles = [transducer.yaw - half_angle, transducer.yaw + half_angle, *turns]
+    xs = [transducer.x, *(transducer.x + reach * cos(angle) for angle in angles)]
+    ys = [transducer.y, *(transducer.y + reach * sin(angle) for angle in angles)]
+    half = resolution / 2.0
+    return min(xs) - half, min(ys) - half, max(xs) + half, max(ys) + half
+
+
+def polar(transducer: Pose, x: float, y: float) -> tuple[float, float]:
+    """Distance (m) and signed bearing (rad) of a point from a transducer."""
+    dx, dy = x - transducer.x, y - transducer.y
+    c, s = cos(transducer.yaw), sin(transducer.yaw)
+    return hypot(dx, dy), atan2(c * dy - s * dx, c * dx + s * dy)

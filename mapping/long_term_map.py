@@ -1,0 +1,76 @@
+"""The long-term map: submaps, each a grid anchored to a pose, rendered into one."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from echogrid.mapping.cone import Cone, cast
+from echogrid.mapping.grid import GridGeometry, Patch
+from echogrid.mapping.pose import Pose
+from echogrid.mapping.ranger import Ranger
+
+
+class Theory(Protocol):
+    """A way of fusing pings into a grid."""
+
+    geometry: GridGeometry
+
+    def update(self, cone: Cone) -> Patch | None:
+        """Fuse one ping; the patch that it touched, None if it said nothing."""
+        ...
+
+    def occupancy(self) -> NDArray[np.float32]:
+        """(rows, cols) P(Occupied), row 0 = south; 0.5 where unknown."""
+        ...
+
+    def unknown(self) -> NDArray[np.bool_]:
+        """(rows, cols) True where no ping has spoken."""
+        ...
+
+    def copy(self) -> Self:
+        """An independent twin."""
+        ...
+
+
+@dataclass(slots=True)
+class Submap:
+    """A grid whose frame stands at `anchor` in the map frame."""
+
+    anchor: Pose
+    grid: Theory
+
+
+@dataclass(frozen=True, slots=True)
+class MapImage:
+    """A map as it is published, in the map frame."""
+
+    geometry: GridGeometry
+    occupancy: NDArray[np.float32]
+    """(rows, cols) P(Occupied), row 0 = south."""
+    unknown: NDArray[np.bool_]
+    """(rows, cols)."""
+
+
+class LongTermMap:
+    """All that was seen, in submaps. Until something corrects poses, there is one."""
+
+    def __init__(
+        self, geometry: GridGeometry, tolerance: float, theory: Callable[[GridGeometry], Theory]
+    ) -> None:
+        self._tolerance = tolerance
+        self._submap = Submap(Pose(), theory(geometry))
+
+    def fuse(self, transducer: Pose, ranger: Ranger, echo_distance: float | None) -> bool:
+        """Fuse a ping sent from `transducer` (map frame); False if it said nothing about the map's area."""
+        grid = self._submap.grid
+        seat = self._submap.anchor.inverse().compose(transducer)
+        cone = cast(grid.geometry, seat, ranger, echo_distance, self._tolerance)
+        return grid.update(cone) is not None
+
+    def render(self) -> MapImage:
+        """The published map."""
+        grid = self._submap.grid
+        return MapImage(grid.geometry, grid.occupancy(), grid.unknown())

@@ -1,0 +1,35 @@
+"""A range sensor as the map sees it: where it sits, how wide and far it looks."""
+
+from dataclasses import dataclass
+from math import pi, sqrt
+
+from echogrid.mapping.pose import Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Ranger:
+    """A mounted range sensor. `mount` is the transducer's pose in base_link."""
+
+    name: str
+    mount: Pose
+    half_angle: float
+    """rad, beta of the book."""
+    nearest: float
+    """m, the blanking distance."""
+    farthest: float
+    """m, R of the book."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.half_angle < pi / 2.0:
+            raise ValueError("a cone's half angle lies between 0 and 90 degrees")
+        if not 0.0 <= self.nearest < self.farthest:
+            raise ValueError("a ranger's nearest distance is at least 0 and below its farthest")
+
+
+def effective_tolerance(tolerance: float, resolution: float, distance: float) -> float:
+    """Half the thickness (m) of the band in which an echo's obstacle lies.
+
+    At least `tolerance`, half a cell's diagonal (so that every ray meets a cell), and two standard
+    deviations of the range, max(1 cm, 1 %).
+    """
+    return max(tolerance, resolution * sqrt(0.5), 2.0 * max(0.01, 0.01 * distance))

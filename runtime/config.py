@@ -1,0 +1,176 @@
+"""robot.toml as data: one schema for the service and for logs, with the unit in each key's name."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import radians
+from typing import Any, Literal
+
+from echogrid.mapping.pose import Pose
+from echogrid.mapping.ranger import Ranger
+from echogrid.mapping.sonar_model import Form, NoEcho
+
+
+def _require(holds: bool, message: str) -> None:
+    if not holds:
+        raise ValueError(message)
+
+
+@dataclass(frozen=True, slots=True)
+class RobotConfig:
+    """[robot]"""
+
+    name: str = "robot"
+    wheel_radius_m: float | None = None
+    track_m: float | None = None
+    air_temperature_c: float = 20.0
+
+    def __post_init__(self) -> None:
+        _require(self.wheel_radius_m is None or self.wheel_radius_m > 0, "`wheel_radius_m` must be above 0")
+        _require(self.track_m is None or self.track_m > 0, "`track_m` must be above 0")
+        _require(-40 <= self.air_temperature_c <= 85, "`air_temperature_c` must lie in -40...85")
+
+
+@dataclass(frozen=True, slots=True)
+class BusConfig:
+    """[[bus]]: a port, and what speaks on it."""
+
+    name: str
+    kind: Literal["serial", "i2c", "can"]
+    port: str
+    """A device path, or unix:PATH for I2C over a socket; relative to the folder of robot.toml."""
+    interface: str = "socketcan"
+    """CAN: the python-can interface."""
+    bit_rate: int | None = None
+    """Serial: baud (by default the devices' own). CAN: bit/s (by default as the interface is set up)."""
+
+
+@dataclass(frozen=True, slots=True)
+class SensorConfig:
+    """[[sensor]]: a ranger's place on the robot, and its driver with that driver's own settings."""
+
+    name: str
+    x_m: float
+    y_m: float
+    yaw_deg: float
+    half_angle_deg: float
+    min_m: float
+    max_m: float
+    driver: str | None = None
+    bus: str | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        _require(0 < self.half_angle_deg < 90, "`half_angle_deg` must lie between 0 and 90")
+        _require(0 <= self.min_m < self.max_m, "`min_m` must be at least 0 and below `max_m`")
+        _require(self.max_m <= 100, "`max_m` must be at most 100")
+
+    def ranger(self) -> Ranger:
+        """As the map sees it."""
+        mount = Pose(self.x_m, self.y_m, radians(self.yaw_deg))
+        return Ranger(self.name, mount, radians(self.half_angle_deg), self.min_m, self.max_m)
+
+
+@dataclass(frozen=True, slots=True)
+class WheelConfig:
+    """[[wheel]]: a driven wheel's encoder."""
+
+    name: Literal["left", "right"]
+    driver: str
+    bus: str
+    gear: float = 1.0
+    """Turns of the encoder for one of the wheel; negative if it counts backwards."""
+    fastest_rad_s: float = 100.0
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        _require(self.gear != 0, "`gear` must not be 0")
+        _require(self.fastest_rad_s > 0, "`fastest_rad_s` must be above 0")
+
+
+@dataclass(frozen=True, slots=True)
+class FiringConfig:
+    """[firing]: which rangers fire together, in turn, and how long each group has."""
+
+    groups: tuple[tuple[str, ...], ...] = ()
+    gap_ms: float = 70.0
+
+    def __post_init__(self) -> None:
+        _require(1 <= self.gap_ms <= 10_000, "`gap_ms` must lie in 1...10000")
+
+
+@dataclass(frozen=True, slots=True)
+class LoopConfig:
+    """[loop]"""
+
+    rate_hz: float = 50.0
+
+    def __post_init__(self) -> None:
+        _require(1 <= self.rate_hz <= 1000, "`rate_hz` must lie in 1...1000")
+
+
+@dataclass(frozen=True, slots=True)
+class MapConfig:
+    """[map]: the long-term map, around the start of the run. Without width and height it is fitted to a log;
+    a live run needs them."""
+
+    resolution_m: float = 0.1
+    width_m: float | None = None
+    height_m: float | None = None
+    tolerance_m: float = 0.1
+    model: Form = Form.CONSISTENT
+    theory: Literal["bayes"] = "bayes"
+    no_echo: NoEcho = NoEcho.WEAK
+    pose_gap_s: float = 0.5
+
+    def __post_init__(self) -> None:
+        _require(0.005 <= self.resolution_m <= 10, "`resolution_m` must lie in 0.005...10")
+        _require(0 < self.tolerance_m <= 10, "`tolerance_m` must be above 0 and at most 10")
+        _require((self.width_m is None) == (self.height_m is None), "`width_m` and `height_m` go together")
+        for side in (self.width_m, self.height_m):
+            _require(side is None or 0 < side <= 10_000, "`width_m` and `height_m` must lie in 0...10000")
+        _require(0 < self.pose_gap_s <= 3600, "`pose_gap_s` must lie in 0...3600")
+
+
+@dataclass(frozen=True, slots=True)
+class LocalConfig:
+    """[local]: the grid that moves with the robot."""
+
+    resolution_m: float = 0.05
+    size_m: float = 6.0
+    fade_s: float = 15.0
+
+    def __post_init__(self) -> None:
+        _require(0.01 <= self.resolution_m <= 1, "`resolution_m` must lie in 0.01...1")
+        _require(self.resolution_m * 10 <= self.size_m <= 50, "`size_m` must hold 10 cells and be at most 50")
+        _require(0 < self.fade_s <= 3600, "`fade_s` must lie in 0...3600")
+
+
+@dataclass(frozen=True, slots=True)
+class ObstacleConfig:
+    """[obstacle]: the virtual sensor."""
+
+    sectors: int = 16
+    horizon_m: float = 2.0
+    stop_distance_m: float = 0.5
+    stale_s: float = 1.0
+
+    def __post_init__(self) -> None:
+        _require(4 <= self.sectors <= 360, "`sectors` must lie in 4...360")
+        _require(0 < self.horizon_m <= 25, "`horizon_m` must lie in 0...25")
+        _require(self.stop_distance_m > 0, "`stop_distance_m` must be above 0")
+        _require(0 < self.stale_s <= 60, "`stale_s` must lie in 0...60")
+
+
+@dataclass(frozen=True, slots=True)
+class Config:
+    """All of robot.toml."""
+
+    robot: RobotConfig = field(default_factory=RobotConfig)
+    bus: tuple[BusConfig, ...] = ()
+    sensor: tuple[SensorConfig, ...] = ()
+    wheel: tuple[WheelConfig, ...] = ()
+    firing: FiringConfig = field(default_factory=FiringConfig)
+    loop: LoopConfig = field(default_factory=LoopConfig)
+    map: MapConfig = field(default_factory=MapConfig)
+    local: LocalConfig = field(default_factory=LocalConfig)
+    obstacle: ObstacleConfig = field(default_factory=ObstacleConfig)

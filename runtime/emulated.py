@@ -1,0 +1,90 @@
+"""The emulated counterpart of a configured robot: same buses, same devices, in an office."""
+
+from collections.abc import Mapping
+from dataclasses import fields
+from math import radians
+from pathlib import Path
+from typing import Any
+
+from echogrid.emulation import acoustics
+from echogrid.emulation.hearing import Ranger, scene_of
+from echogrid.emulation.models import RANGERS, WHEELS, Model
+from echogrid.emulation.motion import Tour
+from echogrid.emulation.offices import office, office_tour
+from echogrid.emulation.robot import BusSpec, EmulatedRobot, RangerSpec, RobotSpec, WheelSpec
+from echogrid.emulation.scene import Scene
+from echogrid.emulation.world import World
+from echogrid.runtime.config import Config, SensorConfig, WheelConfig
+from echogrid.runtime.errors import UsageError
+
+DEFAULT_ROBOT = Path(__file__).with_name("emulated_robot.toml")
+
+_TRANSDUCERS = {"srf08": acoustics.SRF08, "a02yyuw": acoustics.A02YYUW}
+_SECOND_NS = 1_000_000_000
+
+
+def emulated_robot(
+    config: Config, started_ns: int, seed: int, world: World | None = None, tour: Tour | None = None
+) -> EmulatedRobot:
+    """A robot of that configuration, driving its tour through the office since `started_ns`.
+
+    Raises UsageError, RobotSpecError when something in it can't be emulated.
+    """
+    spec = robot_spec(config)
+    place, way = world or office(), tour or office_tour()
+
+    def pose_at(now_ns: int) -> tuple[float, float, float]:
+        return way.pose((now_ns - started_ns) / _SECOND_NS)
+
+    def scene_for(ranger: RangerSpec) -> Scene:
+        mounted = Ranger(ranger.name, (ranger.x, ranger.y, ranger.yaw), _TRANSDUCERS[ranger.model])
+        return scene_of(place, pose_at, mounted, seed)
+
+    def wheel_angle(side: str, now_ns: int) -> float:
+        left, right = way.wheel_angles((now_ns - started_ns) / _SECOND_NS, spec.wheel_radius, spec.track)
+        return left if side == "left" else right
+
+    return EmulatedRobot(
+        spec, scene_for, wheel_angle, seed=seed, speed_of_sound=acoustics.speed_of_sound(place.temperature)
+    )
+
+
+def robot_spec(config: Config) -> RobotSpec:
+    """What the emulator must be told. Raises UsageError when something in it can't be emulated."""
+    radius, track = config.robot.wheel_radius_m, config.robot.track_m
+    entries: list[tuple[str, str | None, Mapping[str, object]]] = [
+        *(("sensor", s.driver, RANGERS) for s in config.sensor),
+        *(("wheel", w.driver, WHEELS) for w in config.wheel),
+    ]
+    problems = [
+        f"robot.toml: {kind}: driver {driver!r} has no emulator (there are: {', '.join(sorted(models))})"
+        for kind, driver, models in entries
+        if driver not in models
+    ]
+    if radius is None or track is None:
+        problems.append("robot.toml: robot: `wheel_radius_m` and `track_m` are needed to drive")
+    if problems or radius is None or track is None:
+        raise UsageError(problems)
+    return RobotSpec(
+        radius,
+        track,
+        tuple(BusSpec(bus.name, bus.kind, bus.bit_rate) for bus in config.bus),
+        tuple(_ranger(sensor) for sensor in config.sensor),
+        tuple(_wheel(wheel) for wheel in config.wheel),
+    )
+
+
+def _ranger(sensor: SensorConfig) -> RangerSpec:
+    driver, bus = sensor.driver or "", sensor.bus or ""
+    options = _shared(sensor, RANGERS[driver])
+    return RangerSpec(sensor.name, driver, bus, sensor.x_m, sensor.y_m, radians(sensor.yaw_deg), options)
+
+
+def _wheel(wheel: WheelConfig) -> WheelSpec:
+    return WheelSpec(wheel.name, wheel.driver, wheel.bus, wheel.name, _shared(wheel, WHEELS[wheel.driver]))
+
+
+def _shared(entry: SensorConfig | WheelConfig, model: Model[Any]) -> dict[str, int | float]:
+    """The settings which the device shares with its driver: its address, its node."""
+    known = {option.name for option in fields(model.options)}
+    return {key: value for key, value in entry.settings.items() if key in known}

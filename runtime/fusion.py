@@ -1,0 +1,122 @@
+"""The tick: readings in, the robot's pose, both grids and the obstacle view out.
+
+A pure function of (state, tick time, ordered readings): no clock, file or thread is touched, so the same
+readings at the same ticks give the same bits.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from echogrid.drivers.readings import Outcome, RangeReading, Reading, WheelReading
+from echogrid.mapping.ledger import Ledger
+from echogrid.mapping.local_grid import LocalGrid
+from echogrid.mapping.long_term_map import MapImage
+from echogrid.mapping.mapper import Drop, Mapper, PlacedPing
+from echogrid.mapping.odometry import DifferentialDrive
+from echogrid.mapping.pose import Pose
+from echogrid.mapping.virtual_sensor import ObstacleView, VirtualSensor
+from echogrid.mapping.wheel_pair import WheelAngles, WheelPair
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """What a tick gives to the outputs."""
+
+    stamp_ns: int
+    pose: Pose
+    """In the odom frame, at the newest wheel reading."""
+    travelled: float
+    """m."""
+    view: ObstacleView
+    ranges: tuple[RangeReading, ...]
+    """Taken in by this tick, in order."""
+    wheels: tuple[WheelAngles, ...]
+    """Both wheels at common stamps, completed by this tick, in order."""
+    drops: tuple[Drop, ...]
+
+
+class Fusion:
+    """All state of the loop. One thread owns it."""
+
+    def __init__(
+        self, mapper: Mapper, local: LocalGrid, drive: DifferentialDrive, sensor: VirtualSensor
+    ) -> None:
+        self._mapper = mapper
+        self._local = local
+        self._drive = drive
+        self._sensor = sensor
+        self._pair = WheelPair()
+
+    @property
+    def ledger(self) -> Ledger:
+        """The books of the range readings."""
+        return self._mapper.ledger
+
+    @property
+    def waiting(self) -> int:
+        """Range readings neither fused nor dropped yet."""
+        return self._mapper.waiting
+
+    @property
+    def unpaired(self) -> int:
+        """Wheel readings that found no partner."""
+        return self._pair.unpaired
+
+    def tick(self, now_ns: int, readings: Sequence[Reading]) -> Snapshot:
+        """Advance to `now_ns` with what came in since the last tick, in order of arrival."""
+        wheels = self._move(readings)
+        ranges = tuple(reading for reading in readings if isinstance(reading, RangeReading))
+        for reading in ranges:
+            self._mapper.add(reading)
+        placed, drops = self._mapper.advance()
+        self._see(placed, now_ns)
+        view = self._sensor.view(self._local, self._drive.pose, now_ns)
+        return Snapshot(
+            now_ns, self._drive.pose, self._drive.travelled, view, ranges, tuple(wheels), tuple(drops)
+        )
+
+    def overflow(self, readings: Sequence[Reading]) -> None:
+        """Account for readings which gave way before a tick could take them."""
+        for reading in readings:
+            if isinstance(reading, RangeReading):
+                self._mapper.refuse(reading, "queue full")
+
+    def finish(self) -> tuple[Drop, ...]:
+        """Fuse what can still be placed; nothing more will come."""
+        return tuple(self._mapper.finish())
+
+    def map_image(self) -> MapImage:
+        """The long-term map as it is now."""
+        return self._mapper.map.render()
+
+    def _move(self, readings: Sequence[Reading]) -> list[WheelAngles]:
+        """Dead reckoning up to the newest moment for which both wheels are known."""
+        pairs: list[WheelAngles] = []
+        for reading in readings:
+            if isinstance(reading, WheelReading):
+                pairs += self._paired(reading)
+        for angles in pairs:
+            self._mapper.add_pose(angles.stamp_ns, self._drive.update(angles.left, angles.right))
+        return pairs
+
+    def _paired(self, reading: WheelReading) -> list[WheelAngles]:
+        if reading.wheel == "right":
+            return self._pair.right(reading)
+        self._pair.left(reading)
+        return []
+
+    def _see(self, placed: Sequence[PlacedPing], now_ns: int) -> None:
+        """Fuse the newly placed pings into the local grid around the robot."""
+        self._local.centre(self._drive.pose)
+        self._local.fade(now_ns)
+        for ping in placed:
+            if ping.reading.outcome is not Outcome.INVALID:
+                distance = near_or_echo(ping)
+                self._local.fuse(ping.transducer, ping.ranger, distance, ping.reading.stamp_ns)
+
+
+def near_or_echo(ping: PlacedPing) -> float | None:
+    """The echo's distance (m); for avoidance, "too close" is an obstacle at the blanking distance."""
+    if ping.reading.outcome is Outcome.TOO_CLOSE:
+        return ping.ranger.nearest
+    return ping.reading.distance if ping.reading.outcome is Outcome.ECHO else None

@@ -1,0 +1,72 @@
+"""The RoboND occupancy-grid recording: a real robot with eight sonars.
+
+measurement.txt: t [ms] and eight ranges [mm]; poses.txt: t [ms], x [mm], y [mm], heading [0.1 deg]. A range
+of 5000 or more is no echo. The sonars' offsets are not published: all stand at the robot's centre.
+"""
+
+from collections.abc import Iterator
+from math import radians
+from pathlib import Path
+
+from echogrid.drivers.readings import RangeReading, classify
+from echogrid.mapping.pose import Pose, wrap_angle
+from echogrid.runtime.config import Config, MapConfig, SensorConfig
+from echogrid.runtime.errors import UsageError
+from echogrid.runtime.recording import Recording
+from echogrid.runtime.simple_log import RowFaults
+
+BEARINGS_DEG = (-90.0, -37.5, -22.5, -7.5, 7.5, 22.5, 37.5, 90.0)
+_MILLISECOND_NS = 1_000_000
+
+
+def configuration(bearings_deg: tuple[float, ...] = BEARINGS_DEG) -> Config:
+    """The robot: half angle 10 degrees, reach 5 m, cells of 5 cm."""
+    sensors = tuple(
+        SensorConfig(f"sonar{index}", 0.0, 0.0, bearing, 10.0, 0.0, 5.0)
+        for index, bearing in enumerate(bearings_deg)
+    )
+    return Config(sensor=sensors, map=MapConfig(resolution_m=0.05, tolerance_m=0.1))
+
+
+def read(folder: Path, config: Config | None = None) -> Recording:
+    """The recording in a folder. Raises UsageError when a file is missing."""
+    paths = folder / "measurement.txt", folder / "poses.txt"
+    absent = [f"{path}: no such file" for path in paths if not path.is_file()]
+    if absent:
+        raise UsageError(absent)
+    recording = Recording(config or configuration())
+    recording.poses = list(_poses(paths[1], recording.faults))
+    recording.ranges = list(_ranges(paths[0], recording))
+    return recording
+
+
+def _poses(path: Path, faults: RowFaults) -> Iterator[tuple[int, Pose]]:
+    last_ns = -1
+    for place, (millis, x, y, heading) in _rows(path, 4, faults):
+        stamp_ns = millis * _MILLISECOND_NS
+        if stamp_ns <= last_ns:
+            faults.add("pose not monotonic", place)
+            continue
+        last_ns = stamp_ns
+        yield stamp_ns, Pose(x * 1e-3, y * 1e-3, wrap_angle(radians(heading / 10.0)))
+
+
+def _ranges(path: Path, recording: Recording) -> Iterator[tuple[str, RangeReading]]:
+    sensors = recording.config.sensor
+    for place, (millis, *ranges) in _rows(path, 1 + len(sensors), recording.faults):
+        for sensor, millimetres in zip(sensors, ranges, strict=True):
+            outcome, distance = classify(millimetres * 1e-3, sensor.min_m, sensor.max_m)
+            yield place, RangeReading(millis * _MILLISECOND_NS, 0, sensor.name, outcome, distance)
+
+
+def _rows(path: Path, columns: int, faults: RowFaults) -> Iterator[tuple[str, list[int]]]:
+    with path.open(encoding="utf-8", errors="replace") as file:
+        for number, line in enumerate(file, 1):
+            try:
+                values = [int(word) for word in line.split()]
+            except ValueError:
+                values = []
+            if len(values) == columns:
+                yield f"{path}:{number}", values
+            elif line.strip():
+                faults.add("unparsable", f"{path}:{number}")

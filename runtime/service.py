@@ -1,0 +1,97 @@
+"""A run: the loop around the tick, whatever the clock and wherever the readings come from."""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from echogrid.drivers.clock import Clock
+from echogrid.drivers.readings import RangeReading, Reading
+from echogrid.mapping.pose import Pose
+from echogrid.mapping.wheel_pair import WheelAngles
+from echogrid.runtime.acquisition import Acquisition
+from echogrid.runtime.fusion import Fusion, Snapshot
+from echogrid.runtime.ledger_report import account
+from echogrid.runtime.loop import SECOND_NS, FixedRateLoop
+from echogrid.runtime.status import Meter, Status
+
+_PATH_NS = SECOND_NS // 10
+_NEVER_NS = 1 << 62
+
+
+class Sink(Protocol):
+    """Takes what each tick took in."""
+
+    def put(self, ranges: tuple[RangeReading, ...], wheels: tuple[WheelAngles, ...]) -> None:
+        """Must not wait."""
+        ...
+
+
+@dataclass(slots=True)
+class Run:
+    """A run in progress, and its results afterwards."""
+
+    fusion: Fusion
+    loop: FixedRateLoop
+    acquisition: Acquisition
+    clock: Clock
+    sinks: tuple[Sink, ...] = ()
+    path: list[tuple[int, Pose]] = field(default_factory=list)
+    """Stamps and poses of the robot, at most ten a second."""
+    readings: Counter[str] = field(default_factory=Counter)
+    """By device."""
+    travelled: float = 0.0
+    """m."""
+    stopping: bool = False
+
+    def go(self, duration_s: float | None, show: Callable[[Status], None]) -> None:
+        """Tick until the time is over or `stopping` is set; then take what is left, and fuse it."""
+        started_ns = self.clock.now_ns()
+        until_ns = _NEVER_NS if duration_s is None else started_ns + round(duration_s * SECOND_NS)
+        meter = Meter(started_ns)
+        for now_ns in self.loop.ticks(until_ns):
+            readings = self.acquisition.drain()
+            snapshot = self._tick(now_ns, readings)
+            meter.count(len(readings))
+            if meter.due(now_ns):
+                show(meter.look(snapshot, self.loop, self.acquisition.report(now_ns)))
+            if self.stopping:
+                break
+        self.acquisition.stop()
+        self._tick(self.clock.now_ns(), self.acquisition.drain())
+        self.fusion.finish()
+
+    def _tick(self, now_ns: int, readings: list[Reading]) -> Snapshot:
+        snapshot = self.fusion.tick(now_ns, readings)
+        self.fusion.overflow(self.acquisition.drain_overflow())
+        for sink in self.sinks:
+            sink.put(snapshot.ranges, snapshot.wheels)
+        self.travelled = snapshot.travelled
+        self._remember(snapshot, readings)
+        return snapshot
+
+    def _remember(self, snapshot: Snapshot, readings: list[Reading]) -> None:
+        for reading in readings:
+            self.readings[reading.sensor if isinstance(reading, RangeReading) else reading.wheel] += 1
+        if snapshot.wheels:
+            stamp_ns = snapshot.wheels[-1].stamp_ns
+            if not self.path or stamp_ns - self.path[-1][0] >= _PATH_NS:
+                self.path.append((stamp_ns, snapshot.pose))
+
+    def report(self) -> dict[str, Any]:
+        """What report.json holds."""
+        return {
+            **account(self.fusion.ledger, self.fusion.waiting),
+            "readings_by_device": dict(sorted(self.readings.items())),
+            "wheel_readings_unpaired": self.fusion.unpaired,
+            "travelled_m": round(self.travelled, 3),
+            "ticks": {"in_time": self.loop.in_time, "late": self.loop.late, "skipped": self.loop.skipped},
+            "devices": {
+                each.device: {
+                    "level": each.health.level.name,
+                    "message": each.health.message,
+                    "counts": dict(sorted(each.health.counts.items())),
+                }
+                for each in self.acquisition.report(self.clock.now_ns())
+            },
+        }

@@ -1,0 +1,154 @@
+from dataclasses import replace
+from math import isnan
+
+from hypothesis import given
+from hypothesis.strategies import binary, integers, lists
+from pytest import approx, mark, raises
+
+from echogrid.drivers.a02yyuw import A02yyuw
+from echogrid.drivers.bus import NEVER_NS
+from echogrid.drivers.device import Level
+from echogrid.drivers.readings import Outcome, RangeReading
+from echogrid.drivers.role import RangerRole
+
+ROLE = RangerRole("front", 0.03, 4.5, None, 343.0)
+GOLDEN = bytes.fromhex("FF07A1A7")
+CYCLE_NS = 100_000_000
+
+
+def ranger(settings: A02yyuw.Settings | None = None) -> A02yyuw:
+    """One which has believed a frame already."""
+    device = A02yyuw(ROLE, settings or A02yyuw.Settings())
+    device.step(0, [GOLDEN])
+    return device
+
+
+def readings(device: A02yyuw, *chunks: bytes) -> list[RangeReading]:
+    given = [
+        reading for n, chunk in enumerate(chunks) for reading in device.step(n * CYCLE_NS, [chunk]).readings
+    ]
+    return [reading for reading in given if isinstance(reading, RangeReading)]
+
+
+def test_the_first_frame_only_confirms_the_second() -> None:
+    device = A02yyuw(ROLE, A02yyuw.Settings())
+    assert device.step(0, [GOLDEN]).readings == ()
+    assert len(device.step(CYCLE_NS, [GOLDEN]).readings) == 1
+
+
+@mark.parametrize(
+    ("text", "outcome", "distance"),
+    [
+        ("FF 07 A1 A7", Outcome.ECHO, 1.953),
+        ("FF 06 B5 BA", Outcome.ECHO, 1.717),
+        ("FF 00 E0 DF", Outcome.ECHO, 0.224),
+        ("FF 00 00 FF", Outcome.NO_ECHO, None),
+        ("FF FF FD FB", Outcome.NO_ECHO, None),
+        ("FF FF FE FC", Outcome.INVALID, None),
+        ("FF 00 1D 1C", Outcome.TOO_CLOSE, None),
+        ("FF 11 94 A4", Outcome.NO_ECHO, None),
+    ],
+)
+def test_the_known_frames_have_their_meaning(text: str, outcome: Outcome, distance: float | None) -> None:
+    (reading,) = readings(ranger(), bytes.fromhex(text))
+    assert reading.outcome is outcome
+    assert isnan(reading.distance) if distance is None else reading.distance == approx(distance)
+    assert reading.raw == bytes.fromhex(text)
+    assert bool(reading.reason) == (outcome is Outcome.INVALID)
+
+
+def test_a_part_whose_no_echo_is_its_longest_distance_is_told_so() -> None:
+    device = ranger(A02yyuw.Settings(no_echo_mm=(1953,)))
+    assert readings(device, GOLDEN)[0].outcome is Outcome.NO_ECHO
+
+
+def test_the_stamp_is_the_arrival_less_the_transfer_and_the_lag() -> None:
+    device = ranger(A02yyuw.Settings(lag_ms=50, lag_error_ms=10))
+    (reading,) = device.step(1_000_000_000, [GOLDEN]).readings
+    assert reading.stamp_ns == 1_000_000_000 - 50_000_000 - 4_166_666
+    assert reading.stamp_error_ns == 10_000_000
+
+
+def test_of_frames_that_come_at_once_only_the_last_is_read() -> None:
+    device = ranger()
+    (reading,) = readings(device, bytes.fromhex("FF06B5BA") * 3 + GOLDEN)
+    assert reading.raw == GOLDEN
+    assert device.health(0).counts["overtaken frames"] == 3
+
+
+def test_behind_noise_the_first_frame_is_not_believed() -> None:
+    assert [r.raw for r in readings(ranger(), b"\x42" + GOLDEN, GOLDEN)] == [GOLDEN]
+
+
+def test_behind_a_lost_port_the_first_frame_is_not_believed() -> None:
+    device = ranger()
+    device.step(0, [GOLDEN[:2]])
+    device.lost(0)
+    assert len(readings(device, GOLDEN, GOLDEN)) == 1
+
+
+def test_bytes_that_dribble_in_make_a_frame() -> None:
+    assert len(readings(ranger(), *(bytes([byte]) for byte in GOLDEN))) == 1
+
+
+@given(lists(binary(max_size=20), max_size=20))
+def test_random_bytes_raise_nothing_and_give_only_possible_readings(chunks: list[bytes]) -> None:
+    check_possible(readings(ranger(), *chunks))
+
+
+@given(integers(0, 39), integers(0, 255))
+def test_after_a_flipped_byte_readings_go_on_within_three_frames(place: int, value: int) -> None:
+    device = ranger()
+    stream = bytearray(GOLDEN * 10)
+    stream[place] = value
+    check_possible(readings(device, *(bytes(stream[n : n + 4]) for n in range(0, 40, 4))))
+    device.step(10 * CYCLE_NS, [GOLDEN * 3])
+    assert [r.distance for r in readings(device, GOLDEN)] == [approx(1.953)]
+
+
+def check_possible(given: list[RangeReading]) -> None:
+    for reading in given:
+        assert (reading.outcome is Outcome.ECHO) == (ROLE.nearest <= reading.distance < ROLE.farthest)
+        assert len(reading.raw) == 4
+
+
+def test_it_sends_nothing_and_waits_for_nothing() -> None:
+    step = ranger().step(0, [GOLDEN])
+    assert (step.send, step.deadline_ns) == ((), NEVER_NS)
+
+
+def test_health_tells_ranging_from_noise_and_silence() -> None:
+    device = A02yyuw(ROLE, A02yyuw.Settings())
+    assert device.health(0).level is Level.STALE
+    readings(device, GOLDEN, GOLDEN)
+    assert device.health(CYCLE_NS).level is Level.OK
+    device.step(3_000_000_000, [b"noise"])
+    assert device.health(3_000_000_000).level is Level.ERROR
+    assert "9600 baud" in device.health(3_000_000_000).message
+    assert device.health(5_000_000_000).level is Level.STALE
+
+
+def test_health_warns_of_interference() -> None:
+    device = ranger()
+    readings(device, bytes.fromhex("FFFFFEFC"))
+    assert device.health(0).level is Level.WARN
+    assert "0xfffe" in device.health(0).message
+
+
+def test_bad_frames_are_counted() -> None:
+    device = ranger()
+    readings(device, bytes.fromhex("FF07A1A8"))
+    assert device.health(0).counts["bad frames"] == 1
+
+
+@mark.parametrize(
+    "wrong",
+    [{"baud": 0}, {"lag_ms": -1}, {"lag_error_ms": 3000}, {"no_echo_mm": (70000,)}, {"invalid_mm": (-1,)}],
+)
+def test_impossible_settings_are_refused_by_name(wrong: dict[str, int]) -> None:
+    with raises(ValueError, match=f"{next(iter(wrong))} is .*: expected"):
+        A02yyuw.Settings(**wrong)  # type: ignore[arg-type] # the point of the test
+
+
+def test_the_port_is_to_be_opened_at_the_baud_rate_of_the_settings() -> None:
+    assert A02yyuw(ROLE, replace(A02yyuw.Settings(), baud=19200)).port_options == {"baud": 19200}

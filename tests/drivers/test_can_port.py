@@ -1,0 +1,206 @@
+"""The CAN port: python-can's slcan over a real pty, and its in-process bus."""
+
+import os
+import pty
+import select
+import time
+from collections.abc import Iterator
+from contextlib import closing
+from errno import EACCES, ENETDOWN
+from pathlib import Path
+
+import can
+from pytest import CaptureFixture, LogCaptureFixture, fixture, mark, raises
+from pytest_mock import MockerFixture
+
+from echogrid.drivers.bus import CanFrame
+from echogrid.drivers.errors import PortError
+from echogrid.drivers.transports.can import CanPort
+
+
+class Adapter:
+    """An slcan adapter's end of a pty."""
+
+    def __init__(self) -> None:
+        self.master, slave = pty.openpty()
+        self.path = os.ttyname(slave)
+        os.close(slave)
+
+    def say(self, text: bytes) -> None:
+        os.write(self.master, text)
+
+    def heard(self, ending: bytes) -> bytes:
+        """All that was sent to it, up to the ending."""
+        text = b""
+        while not text.endswith(ending) and select.select([self.master], [], [], 5.0)[0]:
+            text += os.read(self.master, 1000)
+        return text
+
+    def unplug(self) -> None:
+        if self.master >= 0:
+            os.close(self.master)
+            self.master = -1
+
+
+@fixture
+def adapter() -> Iterator[Adapter]:
+    adapter = Adapter()
+    yield adapter
+    adapter.unplug()
+
+
+@fixture
+def port(adapter: Adapter) -> Iterator[CanPort]:
+    with closing(CanPort(adapter.path, interface="slcan")) as port:
+        port.open()
+        yield port
+
+
+def read(port: CanPort, count: int) -> list[CanFrame]:
+    """That many frames, or fewer if they do not come."""
+    frames: list[CanFrame] = []
+    give_up = time.monotonic() + 5.0
+    while len(frames) < count and time.monotonic() < give_up:
+        frames += port.read(1.0)
+    return frames
+
+
+def test_the_adapter_is_opened_at_the_bit_rate(adapter: Adapter, port: CanPort) -> None:
+    assert adapter.heard(b"O\rO\r") == b"C\rS5\r\rO\rO\r"
+
+
+def test_a_frame_comes_in_with_its_stamp(adapter: Adapter, port: CanPort) -> None:
+    before_ns = time.monotonic_ns()
+    adapter.say(b"t06980000C03F000010C0\r")
+    (frame,) = read(port, 1)
+    assert frame.identifier == 0x069
+    assert frame.data == bytes.fromhex("0000C03F000010C0")
+    assert before_ns <= frame.stamp_ns <= time.monotonic_ns()
+
+
+def test_extended_and_remote_frames_are_marked(adapter: Adapter, port: CanPort) -> None:
+    adapter.say(b"T0000090980000138800640032\rr0698\r")
+    extended, remote = read(port, 2)
+    assert (extended.identifier, extended.extended, extended.remote) == (0x909, True, False)
+    assert (remote.identifier, remote.extended, remote.remote, remote.data) == (0x069, False, True, b"")
+
+
+def test_one_read_takes_all_that_is_pending(adapter: Adapter, port: CanPort) -> None:
+    adapter.say(b"".join(b"t0011%02X\r" % n for n in range(50)))
+    assert [frame.data[0] for frame in read(port, 50)] == list(range(50))
+
+
+@mark.parametrize(
+    "line",
+    [b"tXYZ20102\r", b"t0\r", b"t1\r", b"T01\r", b"t001401\r", b"t0019010203040506070809\r", b"t0012ZZ\r"],
+)
+def test_a_malformed_line_is_counted_and_the_next_frame_comes(
+    adapter: Adapter, port: CanPort, line: bytes
+) -> None:
+    adapter.say(line + b"t0012AABB\r")
+    (frame,) = read(port, 1)
+    assert (frame.identifier, frame.data) == (0x001, b"\xaa\xbb")
+    assert port.counts.total() == 1
+
+
+def test_bytes_that_are_no_text_are_counted_and_later_frames_come(adapter: Adapter, port: CanPort) -> None:
+    adapter.say(b"t0012\xff\xfe\r")
+    while not port.counts:
+        port.read(5.0)
+    adapter.say(b"t0012AABB\r")
+    assert [frame.data for frame in read(port, 1)] == [b"\xaa\xbb"]
+    assert port.counts == {"malformed lines": 1}
+
+
+def test_silence_is_nothing(port: CanPort) -> None:
+    assert list(port.read(0.0)) == []
+
+
+def test_frames_go_out(adapter: Adapter, port: CanPort) -> None:
+    adapter.heard(b"O\rO\r")
+    port.write([CanFrame(0x069, b"\x01\x02"), CanFrame(0x12345, b"", extended=True)])
+    assert adapter.heard(b"T000123450\r") == b"t06920102\rT000123450\r"
+
+
+def test_unplugging_is_a_lost_port_and_nothing_is_printed(
+    adapter: Adapter, capfd: CaptureFixture[str], caplog: LogCaptureFixture
+) -> None:
+    port = CanPort(adapter.path, interface="slcan")
+    port.open()
+    adapter.unplug()
+    with raises(PortError, match=f"{adapter.path}: CAN port lost, was it unplugged"):
+        port.read(1.0)
+    with raises(PortError, match="CAN port lost"):
+        port.write([CanFrame(1, b"")])
+    port.close()
+    port.close()
+    del port
+    assert capfd.readouterr() == ("", "")
+    assert caplog.records == []
+
+
+def test_a_closed_port_is_no_port(port: CanPort) -> None:
+    port.close()
+    with raises(PortError, match="not open"):
+        port.read(0.0)
+
+
+def test_it_can_be_opened_again(adapter: Adapter, port: CanPort) -> None:
+    port.open()
+    adapter.say(b"t0012AABB\r")
+    assert len(read(port, 1)) == 1
+
+
+def test_a_missing_adapter_is_named_with_the_mend(tmp_path: Path) -> None:
+    with raises(PortError, match=f"{tmp_path}/none: cannot open this CAN port: .*plugged in"):
+        CanPort(f"{tmp_path}/none", interface="slcan").open()
+
+
+def test_a_forbidden_adapter_is_named_with_the_mend(adapter: Adapter, mocker: MockerFixture) -> None:
+    mocker.patch("serial.serialposix.os.open", side_effect=OSError(EACCES, "Permission denied"))
+    with raises(PortError, match=r"sudo usermod -aG dialout \$USER"):
+        CanPort(adapter.path, interface="slcan").open()
+
+
+@mark.parametrize("options", [{"interface": "no_such_interface"}, {"interface": "slcan", "bitrate": 333_333}])
+def test_what_python_can_refuses_is_a_port_error(adapter: Adapter, options: dict[str, object]) -> None:
+    with raises(PortError, match="cannot open this CAN port"):
+        CanPort(adapter.path, **options).open()  # type: ignore[arg-type] # the point of the test
+
+
+def test_an_impossible_bit_rate_is_refused_by_name() -> None:
+    with raises(ValueError, match="bitrate is 0: expected"):
+        CanPort("can0", bitrate=0)
+
+
+@fixture
+def peer() -> Iterator[can.BusABC]:
+    with can.Bus(channel="test", interface="virtual", ignore_config=True) as peer:
+        yield peer
+
+
+@fixture
+def virtual(peer: can.BusABC) -> Iterator[CanPort]:
+    with closing(CanPort("test", interface="virtual")) as port:
+        port.open()
+        yield port
+
+
+def test_an_interface_without_a_descriptor_works_alike(peer: can.BusABC, virtual: CanPort) -> None:
+    peer.send(can.Message(arbitration_id=0x021, data=bytes(8), is_extended_id=False))
+    assert [(frame.identifier, frame.data) for frame in read(virtual, 1)] == [(0x021, bytes(8))]
+
+
+def test_error_frames_and_fd_frames_are_counted(peer: can.BusABC, virtual: CanPort) -> None:
+    peer.send(can.Message(arbitration_id=0x004, is_error_frame=True, data=bytes(8)))
+    peer.send(can.Message(arbitration_id=0x021, is_fd=True, data=bytes(12), is_extended_id=False))
+    peer.send(can.Message(arbitration_id=0x021, data=b"", is_extended_id=False))
+    assert len(read(virtual, 1)) == 1
+    assert virtual.counts == {"error frames": 1, "malformed frames": 1}
+
+
+def test_an_interface_that_goes_down_is_a_lost_port(virtual: CanPort, mocker: MockerFixture) -> None:
+    down = can.CanOperationError("Network is down", ENETDOWN)
+    mocker.patch("can.interfaces.virtual.VirtualBus.recv", side_effect=down)
+    with raises(PortError, match=r"test: CAN port lost, was it unplugged or set down\? \(Network is down"):
+        virtual.read(0.0)
