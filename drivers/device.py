@@ -48,6 +48,11 @@ class Device(Protocol[In_contra, Out_co]):
 
     name: str
 
+    @property
+    def port_options(self) -> Mapping[str, object]:
+        """What it wants of its port unless the user says otherwise (see transports.ports)."""
+        ...
+
     def step(self, now_ns: int, received: Sequence[In_contra]) -> Step[Out_co]:
         """Take what the bus brought (everything on it, for others too) and say what comes next."""
         ...

@@ -1,27 +1,28 @@
 """How good the maps are: an emulated office, whose truth is known, and what spoils a map of it."""
 
-from collections.abc import Callable, Iterator
+from bisect import bisect_right
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from math import radians
+from pathlib import Path
+
+import numpy as np
 
 from echogrid.drivers.readings import RangeReading
 from echogrid.emulation.offices import office, office_tour
 from echogrid.emulation.truth import truth
 from echogrid.mapping.long_term_map import MapImage
 from echogrid.mapping.metrics import MapQuality, quality
-from echogrid.mapping.odometry import DifferentialDrive
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.wheel_pair import WheelAngles
-from echogrid.runtime import assembly, offline, robot_file
-from echogrid.runtime.config import Config, SensorConfig
+from echogrid.runtime import assembly, offline, robond, robot_file
+from echogrid.runtime.config import Config
 from echogrid.runtime.emulated import DEFAULT_ROBOT
 from echogrid.runtime.recording import Recording
 from echogrid.runtime.simulated_run import simulated_run
+from echogrid.runtime.wall_check import score, side_walls
 
 OCCUPIED = 0.5
 LATE_NS = 100_000_000
-TURNING = radians(50.0)
-"""rad/s: a tour's turns are at 60 deg/s but for their ends."""
 
 
 @dataclass(slots=True)
@@ -37,14 +38,6 @@ class Tape:
         self.wheels += wheels
 
 
-@dataclass(frozen=True, slots=True)
-class Score:
-    """One row of the table."""
-
-    case: str
-    quality: MapQuality
-
-
 def default_config() -> Config:
     """The emulated robot's."""
     return robot_file.load(DEFAULT_ROBOT)
@@ -53,30 +46,53 @@ def default_config() -> Config:
 def drive_tour(config: Config, seed: int, metres: float) -> Tape:
     """A simulated run over the given way."""
     tour = office_tour()
-    seconds = next(t for t in range(10, 100_000, 10) if tour.distance(t) >= metres)
+    seconds = next(t for t in range(10, 1_000_000, 10) if tour.distance(t) >= metres)
     tape = Tape()
-    run, _ = simulated_run(config, seed, (tape,))
+    run, _ = simulated_run(config, seed)
+    run.sinks = (tape,)
     run.go(float(seconds), lambda _: None)
     return tape
 
 
-def office_scores(seed: int, metres: float) -> Iterator[Score]:
-    """The map of a tour through the office as it should be, and with one thing wrong at a time."""
+def office_table(seed: int, metres: float) -> Iterator[str]:
+    """Rows of Markdown: the map of a tour through the office as it should be, and with one thing wrong."""
     config = default_config()
     tape = drive_tour(config, seed, metres)
-    cases: dict[str, Callable[[], Recording]] = {
-        "as it is": lambda: recording(config, tape),
-        "sensor order mirrored": lambda: recording(mirrored(config), tape),
-        "wheels of half the size": lambda: recording(half_wheels(config), tape),
-        "poses 100 ms late while turning": lambda: late(recording(config, tape)),
-    }
-    for case, made in cases.items():
-        yield Score(case, judge(offline.build(made()).image))
+    yield f"| office, {metres:g} m, {len(tape.ranges)} pings | F1 | precision | recall | phantoms |"
+    yield "|---|---|---|---|---|"
+    for case, recording in office_cases(config, tape):
+        q = judge(offline.build(recording).image)
+        yield f"| {case} | {q.f1:.3f} | {q.precision:.3f} | {q.recall:.3f} | {100.0 * q.phantoms:.1f} % |"
 
 
-def recording(config: Config, tape: Tape) -> Recording:
+def office_cases(config: Config, tape: Tape) -> Iterator[tuple[str, Recording]]:
+    """The same tape rightly understood, and wrongly in one way at a time."""
+    right = recorded(config, tape)
+    yield "as it is", right
+    yield "sensor order mirrored", recorded(mirrored(config), tape)
+    yield "wheels of half the size", recorded(half_wheels(config), tape)
+    yield "poses 100 ms late", replace(right, poses=late(right.poses))
+
+
+def robond_table(folder: Path) -> Iterator[str]:
+    """Rows of Markdown: the walls of the RoboND recording, rightly and with the sensor order mirrored."""
+    right = robond.read(folder)
+    walls = side_walls(right, "sonar0", "sonar7")
+    path = np.array([[pose.x, pose.y] for _, pose in right.poses])
+    yield "| RoboND recording | wall bins | drawn within 10 cm | path cells occupied |"
+    yield "|---|---|---|---|"
+    backwards = robond.configuration(robond.BEARINGS_DEG[::-1])
+    for case, recording in (
+        ("as it is", right),
+        ("sensor order mirrored", robond.read(folder, backwards)),
+    ):
+        found = score(offline.build(recording).image, walls, path)
+        yield f"| {case} | {found.bins} | {100.0 * found.drawn:.1f} % | {100.0 * found.path_blocked:.2f} % |"
+
+
+def recorded(config: Config, tape: Tape) -> Recording:
     """A tape, as a robot of that configuration understands it."""
-    drive: DifferentialDrive = assembly.drive(config)
+    drive = assembly.drive(config)
     poses = [(angles.stamp_ns, drive.update(angles.left, angles.right)) for angles in tape.wheels]
     return Recording(config, poses, [("tape", reading) for reading in tape.ranges])
 
@@ -86,16 +102,13 @@ def judge(image: MapImage) -> MapQuality:
     x, y, _ = office_tour().pose(0.0)
     geometry = image.geometry
     walls, free = truth(office(), geometry.x_centres + x, geometry.y_centres + y, (x, y))
-    return quality(image.occupancy > OCCUPIED, walls, (walls | free) & ~image.unknown)
+    return quality((image.occupancy > OCCUPIED) & ~image.unknown, walls, (walls | free) & ~image.unknown)
 
 
 def mirrored(config: Config) -> Config:
     """Left and right sensors taken for each other."""
-
-    def mirror(sensor: SensorConfig) -> SensorConfig:
-        return replace(sensor, y_m=-sensor.y_m, yaw_deg=-sensor.yaw_deg)
-
-    return replace(config, sensor=tuple(mirror(sensor) for sensor in config.sensor))
+    sensors = (replace(sensor, y_m=-sensor.y_m, yaw_deg=-sensor.yaw_deg) for sensor in config.sensor)
+    return replace(config, sensor=tuple(sensors))
 
 
 def half_wheels(config: Config) -> Config:
@@ -104,7 +117,9 @@ def half_wheels(config: Config) -> Config:
     return replace(config, robot=replace(config.robot, wheel_radius_m=radius / 2.0))
 
 
-def late(told: Recording) -> Recording:
-    """Poses of which those in a quick turn are 100 ms old."""
-    poses: list[tuple[int, Pose]] = []
-    return replace(told, poses=poses)
+def late(poses: list[tuple[int, Pose]]) -> list[tuple[int, Pose]]:
+    """Each pose replaced by that of 100 ms before."""
+    stamps = [stamp_ns for stamp_ns, _ in poses]
+    return [
+        (stamp_ns, poses[max(bisect_right(stamps, stamp_ns - LATE_NS) - 1, 0)][1]) for stamp_ns, _ in poses
+    ]

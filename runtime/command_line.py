@@ -1,0 +1,48 @@
+"""echogrid on the command line: results on stdout, messages on stderr; exit 0 done, 1 failed, 2 misused."""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+
+from echogrid import __version__
+from echogrid.drivers.errors import EchogridError
+from echogrid.runtime.commands import emulate, evaluate, fault, make_map, run
+from echogrid.runtime.errors import UsageError
+
+_COMMANDS = (run, make_map, emulate, fault, evaluate)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Do what the arguments say; the exit code."""
+    chosen = _parser().parse_args(arguments)
+    try:
+        code: int = chosen.execute(chosen)
+        sys.stdout.flush()
+        return code
+    except UsageError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except (EchogridError, OSError) as error:
+        print(_told(error), file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="echogrid", description=__doc__.split(":")[0])
+    parser.add_argument("--version", action="version", version=f"echogrid {__version__}")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    for command in _COMMANDS:
+        command.add(commands)
+    return parser
+
+
+def _told(error: Exception) -> str:
+    if isinstance(error, OSError) and not isinstance(error, EchogridError) and error.filename:
+        return f"{error.filename}: {error.strerror}"
+    return str(error)

@@ -1,0 +1,57 @@
+"""What several commands take."""
+
+import argparse
+import os
+import re
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    Commands = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_UNITS_S = {"ms": 0.001, "s": 1.0, "": 1.0, "min": 60.0, "h": 3600.0}
+
+
+def duration(text: str) -> float:
+    """Seconds, from 60s, 1.5min, 2h, 500ms or a plain number of seconds."""
+    match = re.fullmatch(r"([0-9.]+)\s*(ms|s|min|h|)", text.strip())
+    try:
+        seconds = float(match[1]) * _UNITS_S[match[2]] if match else 0.0
+    except ValueError:
+        seconds = 0.0
+    if not (isfinite(seconds) and seconds > 0.0):
+        raise argparse.ArgumentTypeError(f"{text!r} is no duration (try 60s, 1.5min, 500ms)")
+    return seconds
+
+
+def length(text: str) -> float:
+    """Metres, above 0."""
+    try:
+        metres = float(text)
+    except ValueError:
+        metres = 0.0
+    if not (isfinite(metres) and metres > 0.0):
+        raise argparse.ArgumentTypeError(f"{text!r} is no length in metres")
+    return metres
+
+
+def robot_directory() -> Path:
+    """Where this user's emulated robot lives by default."""
+    runtime = os.environ.get("XDG_RUNTIME_DIR")
+    return Path(runtime) / "echogrid" if runtime else Path(f"/tmp/echogrid-{os.getuid()}")
+
+
+def add_directory(parser: argparse.ArgumentParser) -> None:
+    """--dir, the emulated robot's."""
+    parser.add_argument(
+        "--dir",
+        type=Path,
+        default=robot_directory(),
+        help="the folder of the emulated robot's ports (default: %(default)s)",
+    )
+
+
+def add_seed(parser: argparse.ArgumentParser) -> None:
+    """--seed, of all chance."""
+    parser.add_argument("--seed", type=int, default=1, help="of the emulated noise (default: 1)")

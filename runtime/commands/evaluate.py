@@ -1,0 +1,33 @@
+"""echogrid evaluate: how good the maps are, on the emulated office and on a real recording."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from echogrid.runtime.commands.arguments import add_seed, length
+
+if TYPE_CHECKING:
+    from echogrid.runtime.commands.arguments import Commands
+
+
+def add(commands: "Commands") -> None:
+    """Say what it takes."""
+    parser = commands.add_parser("evaluate", help="measure the maps' quality", description=__doc__)
+    parser.add_argument(
+        "--metres", type=length, default=60.0, help="how far to drive through the office (default: 60)"
+    )
+    parser.add_argument("--robond", type=Path, metavar="DIR", help="also judge the RoboND recording in DIR")
+    add_seed(parser)
+    parser.set_defaults(execute=execute)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print the tables; the exit code."""
+    from echogrid.runtime import evaluation
+
+    for line in evaluation.office_table(arguments.seed, arguments.metres):
+        print(line, flush=True)
+    if arguments.robond:
+        for line in evaluation.robond_table(arguments.robond):
+            print(line, flush=True)
+    return 0

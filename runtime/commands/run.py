@@ -1,0 +1,129 @@
+"""echogrid run: map and watch for obstacles, with a robot's devices or an emulated robot's."""
+
+import argparse
+import json
+import signal
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from echogrid.runtime.commands.arguments import add_directory, add_seed, duration
+
+if TYPE_CHECKING:
+    from echogrid.runtime.acquisition import DeviceReport
+    from echogrid.runtime.commands.arguments import Commands
+    from echogrid.runtime.config import Config
+    from echogrid.runtime.console import Console
+    from echogrid.runtime.log_writer import LogWriter
+    from echogrid.runtime.service import Run
+
+_SIMULATED_S = 60.0
+
+
+def add(commands: "Commands") -> None:
+    """Say what it takes."""
+    parser = commands.add_parser("run", help="map and watch for obstacles", description=__doc__)
+    parser.add_argument(
+        "robot", type=Path, nargs="?", metavar="robot.toml", help="which robot (default: the emulated one)"
+    )
+    parser.add_argument(
+        "--duration", type=duration, metavar="TIME", help="such as 60s (default: until Ctrl-C; simulated 60s)"
+    )
+    parser.add_argument("--log", type=Path, metavar="DIR", help="write the readings there")
+    parser.add_argument(
+        "--out", type=Path, default=Path("out"), metavar="DIR", help="where the map goes (default: out)"
+    )
+    parser.add_argument("--simulate", action="store_true", help="emulate all of it on a clock that jumps")
+    add_directory(parser)
+    add_seed(parser)
+    parser.set_defaults(execute=execute)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Run; the exit code is 1 when a device was never read."""
+    from echogrid.runtime import robot_file
+    from echogrid.runtime.console import Console
+    from echogrid.runtime.emulated import DEFAULT_ROBOT
+
+    source: Path = arguments.robot or DEFAULT_ROBOT
+    config = robot_file.load(source)
+    console = Console(sys.stderr)
+    with ExitStack() as stack:
+        run = (
+            _simulated(config, arguments) if arguments.simulate else _live(config, arguments, stack, console)
+        )
+        log = _log(arguments, source, stack)
+        run.sinks = (log,) if log else ()
+        _stop_on_signals(run)
+        run.go(arguments.duration or (_SIMULATED_S if arguments.simulate else None), console.show)
+        devices = run.acquisition.report(run.clock.now_ns())
+    _write(run, arguments.out)
+    return _conclude(run, devices, log, arguments, console)
+
+
+def _simulated(config: "Config", arguments: argparse.Namespace) -> "Run":
+    from echogrid.runtime.simulated_run import simulated_run
+
+    return simulated_run(config, arguments.seed)[0]
+
+
+def _live(config: "Config", arguments: argparse.Namespace, stack: ExitStack, console: "Console") -> "Run":
+    """The run with its bus threads at work; with the emulated robot's if no other is given."""
+    from echogrid.runtime.emulator_process import emulator
+    from echogrid.runtime.live_run import live_run
+
+    folder: Path = arguments.robot.parent if arguments.robot else arguments.dir
+    if arguments.robot is None:
+        stack.enter_context(emulator(folder, arguments.seed))
+        console.say(f"the emulated robot is in {folder}; to let a device fail: echogrid fault list")
+    run, closed = stack.enter_context(live_run(config, folder))
+    for trouble in closed:
+        console.say(trouble)
+    return run
+
+
+def _log(arguments: argparse.Namespace, source: Path, stack: ExitStack) -> "LogWriter | None":
+    from echogrid.runtime.log_writer import LogWriter
+
+    if arguments.log is None:
+        return None
+    return stack.enter_context(LogWriter(arguments.log, source.read_text(encoding="utf-8")))
+
+
+def _stop_on_signals(run: "Run") -> None:
+    """Ctrl-C and a service manager's stop end the run after the tick that is under way."""
+
+    def stop(*_: object) -> None:
+        run.stopping = True
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, stop)
+
+
+def _write(run: "Run", folder: Path) -> None:
+    from echogrid.runtime import map_files
+
+    map_files.write(folder, run.fusion.map_image(), run.path)
+    map_files.replace(folder / "report.json", (json.dumps(run.report(), indent=2) + "\n").encode())
+
+
+def _conclude(
+    run: "Run",
+    devices: "list[DeviceReport]",
+    log: "LogWriter | None",
+    arguments: argparse.Namespace,
+    console: "Console",
+) -> int:
+    from echogrid.runtime.console import account_lines
+
+    for line in account_lines(run.fusion.ledger, run.fusion.waiting, run.loop, run.readings, devices):
+        console.say(line)
+    console.say(f"driven: {run.travelled:.1f} m")
+    print(f"map: {arguments.out}/map.yaml map.pgm map.png map.npz, path: trajectory.tum, books: report.json")
+    silent = [each.device for each in devices if not run.readings[each.device]]
+    if silent:
+        console.say(f"never read: {', '.join(silent)}")
+    if log and log.lost:
+        console.say(f"{arguments.log}: {log.lost} rows could not be written {log.trouble}")
+    return 1 if silent or (log and log.lost) else 0

@@ -1,0 +1,67 @@
+"""What a run shows in a terminal: a status line, changes of the devices' health, the account at the end."""
+
+from collections.abc import Mapping
+from typing import TextIO
+
+from echogrid.drivers.device import Health, Level
+from echogrid.mapping.ledger import Ledger
+from echogrid.runtime.acquisition import DeviceReport
+from echogrid.runtime.loop import FixedRateLoop
+from echogrid.runtime.status import Status
+
+
+class Console:
+    """Writes to a stream. On a terminal the status line stays in its place."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self._in_place = stream.isatty()
+        self._health: dict[str, Health] = {}
+
+    def show(self, status: Status) -> None:
+        """The status, after the changes since the last one."""
+        for each in status.devices:
+            self._tell_change(each)
+        end = "" if self._in_place else "\n"
+        self._stream.write(f"{self._start()}{status.line()}{end}")
+        self._stream.flush()
+
+    def say(self, line: str) -> None:
+        """A line of its own."""
+        self._stream.write(f"{self._start()}{line}\n")
+        self._stream.flush()
+
+    def _start(self) -> str:
+        return "\r\x1b[K" if self._in_place else ""
+
+    def _tell_change(self, each: DeviceReport) -> None:
+        """Trouble, and its end; what is well from the start is not news."""
+        before = self._health.get(each.device)
+        self._health[each.device] = each.health
+        was = before.level if before else Level.OK
+        if each.health.level is not was:
+            self.say(f"{each.device}: {each.health.level.name}: {each.health.message}")
+
+
+def account_lines(
+    ledger: Ledger,
+    waiting: int,
+    loop: FixedRateLoop,
+    readings: Mapping[str, int],
+    devices: list[DeviceReport],
+) -> list[str]:
+    """How it went, for a person."""
+    due = loop.in_time + loop.late + loop.skipped
+    dropped = ", ".join(f"{reason} {count}" for reason, count in sorted(ledger.dropped.items()))
+    width = max((len(each.device) for each in devices), default=0)
+    return [
+        *(
+            f"  {each.device:{width}}  {readings.get(each.device, 0):6d} readings  "
+            f"{each.health.level.name}: {each.health.message}"
+            for each in devices
+        ),
+        f"ticks: {loop.in_time} of {due} in time ({100.0 * loop.punctuality:.2f} %), {loop.late} late, "
+        f"{loop.skipped} skipped, the worst {loop.worst_ns * 1e-6:.1f} ms after its deadline",
+        f"range readings: {ledger.produced} = {ledger.fused} fused + {ledger.dropped.total()} dropped "
+        f"({dropped or 'none'}) + {waiting} waiting",
+    ]
