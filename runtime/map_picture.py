@@ -1,6 +1,7 @@
 """The map as a person wants to see it: known area only, the driven path on top, a bar of one metre."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,9 @@ _END = (210, 40, 40)
 _WIDTH_PIXELS = 1000
 _MARGIN_CELLS = 4
 
+Spot = tuple[int, int]
+"""A pixel's row and column."""
+
 
 def picture(image: MapImage, path: Sequence[Pose]) -> NDArray[np.uint8]:
     """(rows, cols, 3) RGB, north up: black occupied, white free, blue-grey unknown; path blue from a green to
@@ -27,8 +31,9 @@ def picture(image: MapImage, path: Sequence[Pose]) -> NDArray[np.uint8]:
     west = image.geometry.x + first_col * image.geometry.resolution
     south = image.geometry.y + first_row * image.geometry.resolution
     spots = [(round((pose.y - south) / size), round((pose.x - west) / size)) for pose in path]
-    for spot in spots:
-        _dot(pixels, spot, 1, _PATH)
+    for start, end in pairwise(spots):
+        if _shows(pixels, start) and _shows(pixels, end):
+            _line(pixels, start, end)
     for spot, colour in zip(spots[:1] + spots[-1:], (_START, _END), strict=False):
         _dot(pixels, spot, 4, colour)
     _metre(pixels, round(1.0 / size))
@@ -60,10 +65,23 @@ def _span(cells: NDArray[np.intp], size: int) -> tuple[int, int]:
     return max(int(cells.min()) - _MARGIN_CELLS, 0), min(int(cells.max()) + _MARGIN_CELLS, size - 1)
 
 
-def _dot(pixels: NDArray[np.uint8], spot: tuple[int, int], radius: int, colour: tuple[int, int, int]) -> None:
+def _shows(pixels: NDArray[np.uint8], spot: Spot) -> bool:
+    rows, cols, _ = pixels.shape
+    return bool(0 <= spot[0] < rows and 0 <= spot[1] < cols)
+
+
+def _dot(pixels: NDArray[np.uint8], spot: Spot, radius: int, colour: tuple[int, int, int]) -> None:
     row, col = spot
-    if row >= -radius and col >= -radius:
+    if _shows(pixels, spot):
         pixels[max(row - radius, 0) : row + radius + 1, max(col - radius, 0) : col + radius + 1] = colour
+
+
+def _line(pixels: NDArray[np.uint8], start: Spot, end: Spot) -> None:
+    steps = max(abs(end[0] - start[0]), abs(end[1] - start[1]), 1)
+    for step in range(steps + 1):
+        part = step / steps
+        spot = round(start[0] + part * (end[0] - start[0])), round(start[1] + part * (end[1] - start[1]))
+        _dot(pixels, spot, 1, _PATH)
 
 
 def _metre(pixels: NDArray[np.uint8], length: int) -> None:

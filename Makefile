@@ -1,0 +1,61 @@
+# echogrid: one target for each thing that is done often. `make run` and `make test` set up all they need.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+ARGS ?=
+CODE := src/echogrid/*/ src tests examples
+
+.PHONY: run test check evaluate figures lock clean
+
+run: $(VENV)/run-ready
+	$(BIN)/echogrid run $(ARGS)
+
+test: $(VENV)/test-ready check
+	$(BIN)/pytest $(ARGS)
+
+check: $(VENV)/test-ready
+	$(BIN)/ruff check $(CODE)
+	$(BIN)/ruff format --check $(CODE)
+	$(BIN)/mypy
+
+# How good the maps are; the tables in docs/maps.md are its output. ROBOND is the folder of that recording.
+ROBOND ?= ../shared/data/udacity
+evaluate: $(VENV)/run-ready
+	$(BIN)/echogrid evaluate $(if $(wildcard $(ROBOND)),--robond $(ROBOND)) $(ARGS)
+
+# The pictures in the docs.
+figures: $(VENV)/run-ready
+	$(BIN)/echogrid run --simulate --duration 190s --out out/office
+	cp out/office/map.png docs/figures/office.png
+	$(if $(wildcard $(ROBOND)),$(BIN)/echogrid map $(ROBOND) --format robond --out out/robond)
+	$(if $(wildcard $(ROBOND)),cp out/robond/map.png docs/figures/robond.png)
+
+# Pins every version and hash anew. The files name no registry: pip uses the one it is set up for.
+lock: $(VENV)/python-ready
+	$(PYTHON) -m venv $(VENV)/lock && $(VENV)/lock/bin/pip install --quiet pip-tools
+	$(VENV)/lock/bin/pip-compile $(LOCK) --output-file requirements.lock pyproject.toml
+	$(VENV)/lock/bin/pip-compile $(LOCK) --extra test --output-file requirements-test.lock pyproject.toml
+LOCK := --quiet --upgrade --generate-hashes --strip-extras --allow-unsafe --all-build-deps \
+	--no-header --no-emit-index-url --no-emit-find-links --no-emit-trusted-host
+
+clean:
+	rm -rf $(VENV) out build dist src/*.egg-info
+
+INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check
+
+$(VENV)/run-ready: requirements.lock pyproject.toml | $(VENV)/python-ready
+	$(INSTALL) --require-hashes -r requirements.lock
+	$(INSTALL) --no-deps --no-build-isolation --editable .
+	@touch $@
+
+$(VENV)/test-ready: requirements-test.lock $(VENV)/run-ready
+	$(INSTALL) --require-hashes -r requirements-test.lock
+	@touch $@
+
+$(VENV)/python-ready:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+		|| { echo "echogrid needs Python 3.11 or later: set PYTHON=/path/to/python3.11"; exit 2; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null \
+		|| { echo "python3 has no venv here: sudo apt-get install python3-venv"; exit 2; }
+	$(PYTHON) -m venv $(VENV)
+	@touch $@
