@@ -3,10 +3,13 @@
 Levels are dB relative to the echo of a large smooth wall on the axis at `level_range`, at full gain. The
 gain ramp of a ranger grows with time so that such a wall sounds equally loud up to `ramp_end`; so neither
 spreading (1/r for a plane) nor absorption counts up to there, and both count beyond.
+
+The formulae take numbers or arrays of them.
 """
 
 from dataclasses import dataclass
-from math import cos, radians, sqrt
+from math import cos, log10, radians, sqrt
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +17,7 @@ from numpy.typing import NDArray
 from echogrid.emulation.piston import TWO_WAY_LOSS_AT_NULL, kuc_null_angle, plane_beam_half_width
 
 FloatArray = NDArray[np.float64]
+Value = TypeVar("Value", float, FloatArray)
 
 PLANE_SPREADING = 1.0
 """Exponent: the echo's amplitude falls as r to the minus this. Corners are the same."""
@@ -48,34 +52,42 @@ def rayleigh_height(length: float, incidence: float) -> float:
     return length / (8.0 * cos(incidence))
 
 
-def beam_loss(bearing: FloatArray, null_angle: float) -> FloatArray:
+def beam_loss(bearing: Value, null_angle: float) -> Value:
     """Two-way loss, dB, off the axis: amplitude exp(-4 b^2 / theta0^2) (Barshan & Kuc 1990)."""
     return TWO_WAY_LOSS_AT_NULL / null_angle**2 * bearing**2
 
 
-def spreading_loss(ratio: FloatArray, exponent: float) -> FloatArray:
+def spreading_loss(ratio: Value, exponent: float) -> Value:
     """Loss, dB, when the range grows by this ratio."""
-    return 20.0 * exponent * np.log10(ratio)
+    return 20.0 * exponent * _log10(ratio)
 
 
-def absorption_loss(distance: FloatArray, per_metre: float) -> FloatArray:
+def absorption_loss(distance: Value, per_metre: float) -> Value:
     """Loss, dB, in the air on the way to a distance, m, and back; `per_metre` is one way, dB/m."""
     return 2.0 * per_metre * distance
 
 
-def edge_loss(distance: FloatArray) -> FloatArray:
+def edge_loss(distance: Value) -> Value:
     """Loss, dB, of an edge against a wall at the same distance, m: it spreads faster than the wall."""
     return EDGE_LOSS + spreading_loss(distance, EDGE_SPREADING - PLANE_SPREADING)
 
 
-def cylinder_loss(distance: FloatArray, radius: FloatArray) -> FloatArray:
+def cylinder_loss(distance: Value, radius: Value) -> Value:
     """Loss, dB, of a cylinder against a wall at the same distance, m, from its surface."""
-    return -10.0 * np.log10(radius / (radius + distance))
+    return -10.0 * _log10(radius / (radius + distance))
 
 
-def rough_loss(incidence_cosine: FloatArray) -> FloatArray:
+def rough_loss(incidence_cosine: Value) -> Value:
     """Loss, dB, of a rough facet struck at this cosine of incidence (Lambert's law)."""
-    return ROUGH_LOSS - 20.0 * np.log10(incidence_cosine)
+    return ROUGH_LOSS - 20.0 * _log10(incidence_cosine)
+
+
+def _log10(value: Value) -> Value:
+    return log10(value) if isinstance(value, float) else np.log10(value)
+
+
+def _at_least(least: float, value: Value) -> Value:
+    return max(least, value) if isinstance(value, float) else np.maximum(least, value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,9 +114,9 @@ class Transducer:
         """Bearing, rad, to which a smooth wall at `level_range` is heard."""
         return plane_beam_half_width(self.null_angle, self.sensitivity)
 
-    def range_loss(self, distance: FloatArray) -> FloatArray:
+    def range_loss(self, distance: Value) -> Value:
         """What a wall at a distance, m, loses against one at `level_range`, dB, after the gain ramp."""
-        beyond = np.maximum(distance, self.ramp_end)
+        beyond = _at_least(self.ramp_end, distance)
         spreading = spreading_loss(beyond / self.level_range, PLANE_SPREADING)
         return spreading + absorption_loss(beyond - self.level_range, self.absorption)
 

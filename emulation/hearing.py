@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import cos, inf, sin
+from math import cos, sin
 from zlib import crc32
 
 import numpy as np
 
 from echogrid.emulation.acoustics import Transducer, speed_of_sound
-from echogrid.emulation.reflections import Pose, echoes, first_contact
+from echogrid.emulation.reflections import Listener
+from echogrid.emulation.reflectors import Pose
 from echogrid.emulation.scene import Echo, Scene
 from echogrid.emulation.world import World
 
@@ -32,16 +33,16 @@ def scene_of(world: World, pose_at: PoseAt, ranger: Ranger, seed: int | None) ->
     A moving robot hears from where it is when the sound meets the first obstacle.
     """
     rng = None if seed is None else np.random.default_rng((seed, crc32(ranger.name.encode())))
-    transducer = ranger.transducer
+    listener = Listener(world, ranger.transducer, rng)
     speed = speed_of_sound(world.temperature)
 
     def scene(fire_ns: int) -> tuple[Echo, ...]:
-        sensor = mounted(pose_at(fire_ns), ranger.mount)
-        if mounted(pose_at(fire_ns + round(1e9 * transducer.reach / speed)), ranger.mount) != sensor:
-            contact = first_contact(world, sensor, transducer)
-            outward_ns = round(1e9 * contact / speed) if contact < inf else 0
-            sensor = mounted(pose_at(fire_ns + outward_ns), ranger.mount)
-        return echoes(world, sensor, transducer, rng)
+        def after(way: float) -> Pose:
+            return mounted(pose_at(fire_ns + round(1e9 * way / speed)), ranger.mount)
+
+        sensor = after(0.0)
+        moves = after(ranger.transducer.reach) != sensor
+        return listener.hear(sensor, after if moves else None)
 
     return scene
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate
 from math import atan2, copysign, cos, hypot, pi, radians, remainder, sin, sqrt
+from typing import NamedTuple
 
 Point = tuple[float, float]
 
@@ -68,8 +69,7 @@ class _Phase:
     distance: float
 
 
-@dataclass(frozen=True, slots=True)
-class _State:
+class _State(NamedTuple):
     """Where the robot is on its tour."""
 
     x: float

@@ -2,6 +2,18 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import IntEnum
+
+
+class Kind(IntEnum):
+    """What returned the sound."""
+
+    WALL = 0
+    CORNER = 1
+    EDGE = 2
+    CYLINDER = 3
+    ROUGH = 4
+    BOUNCE = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -13,7 +25,7 @@ class Echo:
     margin: float
     """dB above the detection threshold at full gain; negative ones are not heard."""
     kind: str
-    """"wall", "corner", "edge", "cylinder", "rough" or "bounce"."""
+    """The name of its Kind in small letters: "wall", "corner", "edge", "cylinder", "rough" or "bounce"."""
 
 
 Scene = Callable[[int], tuple[Echo, ...]]

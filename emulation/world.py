@@ -2,20 +2,23 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import compress
+from math import floor
 
 import numpy as np
 from numpy.typing import NDArray
 
-from echogrid.emulation.notches import Notches, find_notches
+from echogrid.emulation.notches import find_notches
+from echogrid.emulation.vista import TOUCH, Barrier, Notch, Post, Vista, Wall
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
-TOUCH = 1e-6
-"""m: a sight line which comes this near to a surface ends on it and does not cross it."""
-NO_WALL = -1
 _QUARTER_TURN = np.array(((0.0, 1.0), (-1.0, 0.0)))
+_CELL = 0.5
+"""m: the floor is cut into squares, and what can be seen from each is found when it is first asked for."""
+_UNIT_SQUARE = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)))
 _PARALLEL = 1e-12
 
 
@@ -68,62 +71,64 @@ class World:
         """(n,) m: how far along each wall, measured from the foot of the origin, it begins."""
         return np.asarray((self.starts * self.along).sum(axis=1))
 
-    @cached_property
-    def scattering(self) -> IntArray:
-        """Indices of the rough walls."""
-        return np.flatnonzero(self.rough)
+    def vista_at(self, x: float, y: float) -> Vista:
+        """What may be seen from around a place."""
+        cell = floor(x / _CELL), floor(y / _CELL)
+        vista = self._vistas.get(cell)
+        if vista is None:
+            corners = _CELL * (_UNIT_SQUARE + cell)
+            vista = self._vistas[cell] = self.everything.seen_from(corners)
+        return vista
+
+    def vista_of(self, wall: int) -> Vista:
+        """What may be seen from a wall."""
+        vista = self._wall_vistas.get(wall)
+        if vista is None:
+            vista = self._wall_vistas[wall] = self.everything.seen_from(self.walls[wall].reshape(2, 2))
+        return vista
 
     @cached_property
-    def notches(self) -> Notches:
-        """The corners, edges and free ends."""
-        return find_notches(self.walls, self.rough)
+    def _vistas(self) -> dict[tuple[int, int], Vista]:
+        return {}
 
     @cached_property
-    def corners(self) -> Notches:
-        """The concave corners alone."""
-        return self.notches.only(self.notches.corner)
+    def _wall_vistas(self) -> dict[int, Vista]:
+        return {}
+
+    @cached_property
+    def everything(self) -> Vista:
+        """What may be seen from everywhere."""
+        lines = np.column_stack((self.normals, self.offsets))
+        stretches = np.column_stack((self.along, self.first_reached, self.lengths))
+        walls = tuple(Wall(number, *row) for number, row in enumerate(np.hstack((lines, stretches)).tolist()))
+        barriers = np.hstack((lines, self.starts, self.spans)).tolist()
+        notches = find_notches(self.walls, self.rough)
+        cones = np.column_stack((notches.points, notches.middle, notches.cosine))
+        return Vista(
+            walls,
+            tuple(Barrier(*row) for row in barriers),
+            tuple(compress(walls, ~self.rough)),
+            tuple(compress(walls, self.rough)),
+            tuple(Notch(*row) for row in cones[notches.corner].tolist()),
+            tuple(Notch(*row) for row in cones[~notches.corner].tolist()),
+            tuple(Post(*row) for row in self.cylinders.tolist()),
+        )
 
     def line_of_sight(self, origins: FloatArray, targets: FloatArray) -> BoolArray:
-        """Whether nothing stands between origins (k, 2) or (1, 2) and targets (k, 2), as (k,).
+        """Whether nothing stands between origins (k, 2) and targets (k, 2), as (k,).
 
         A surface on which either lies does not count.
         """
-        crossed = self._crossed_walls(origins, targets).any(axis=1)
-        if len(self.cylinders):
-            crossed |= self._crossed_cylinders(origins, targets).any(axis=1)
-        return np.asarray(~crossed)
-
-    def _crossed_walls(self, origins: FloatArray, targets: FloatArray) -> BoolArray:
-        """(k, n): both ends of the sight line on two sides of the wall, and the reverse."""
-        here = origins @ self.normals.T - self.offsets
-        there = targets @ self.normals.T - self.offsets
-        crosses = (np.minimum(here, there) < -TOUCH) & (np.maximum(here, there) > TOUCH)
-        sideways = (targets - origins) @ _QUARTER_TURN
-        first = sideways @ self.starts.T - (sideways * origins).sum(axis=1)[:, np.newaxis]
-        second = first + sideways @ self.spans.T
-        return np.asarray(crosses & (first * second <= 0.0))
-
-    def _crossed_cylinders(self, origins: FloatArray, targets: FloatArray) -> BoolArray:
-        """(k, m): the sight line passes through the cylinder."""
-        ways = targets - origins
-        squared = np.maximum((ways * ways).sum(axis=1), TOUCH**2)[:, np.newaxis]
-        dx, dy = ways[:, :1], ways[:, 1:]
-        to_x, to_y = self.cylinders[:, 0] - origins[:, :1], self.cylinders[:, 1] - origins[:, 1:]
-        nearest = np.minimum(np.maximum((to_x * dx + to_y * dy) / squared, 0.0), 1.0)
-        misses = np.hypot(to_x - nearest * dx, to_y - nearest * dy)
-        return np.asarray(misses < self.cylinders[:, 2] - TOUCH)
+        ways = zip(origins.tolist(), targets.tolist(), strict=True)
+        return np.array([self.vista_at(*here).clear(here, there) for here, there in ways], dtype=np.bool_)
 
     def cast(self, origin: FloatArray, ray: FloatArray) -> tuple[float, int]:
         """Distance, m, of the first surface along a ray (unit vector), and the wall it is.
 
         inf where there is none; NO_WALL for cylinders and nothing.
         """
-        on_walls = self.cast_on_walls(origin, ray[np.newaxis], slice(None))[0]
-        distance = float(on_walls.min(initial=np.inf))
-        on_cylinder = float(self._cast_on_cylinders(origin, ray).min(initial=np.inf))
-        if on_cylinder <= distance:
-            return on_cylinder, NO_WALL
-        return distance, int(on_walls.argmin())
+        x, y = origin.tolist()
+        return self.vista_at(x, y).cast((x, y), ray.tolist())
 
     def cast_on_walls(self, origin: FloatArray, rays: FloatArray, walls: IntArray | slice) -> FloatArray:
         """Distances (k, n), m, of some walls (n) along rays (k, 2) from one origin (2,); inf for a miss."""
@@ -134,14 +139,6 @@ class World:
         reached = along @ origin - self.first_reached[walls] + distances * (rays @ along.T)
         hit = (distances > TOUCH) & (reached >= -TOUCH) & (reached <= self.lengths[walls] + TOUCH)
         return np.where(hit, distances, np.inf)
-
-    def _cast_on_cylinders(self, origin: FloatArray, ray: FloatArray) -> FloatArray:
-        """(m,) m; inf for a miss."""
-        to_centres = self.cylinders[:, :2] - origin
-        middle = to_centres @ ray
-        inside = middle**2 - (to_centres**2).sum(axis=1) + self.cylinders[:, 2] ** 2
-        distances = middle - np.sqrt(np.maximum(inside, 0.0))
-        return np.where((inside >= 0.0) & (distances > TOUCH), distances, np.inf)
 
     def surface_distance(self, points: FloatArray) -> FloatArray:
         """Distance, m, of points (k, 2) from the nearest surface, as (k,)."""

@@ -13,6 +13,9 @@ from echogrid.mapping.sonar_model import Form, NoEcho, evidence
 MILLI = 1000.0
 """Milli-nats in a nat."""
 
+Cells = tuple[NDArray[np.intp], NDArray[np.intp]]
+"""Rows and columns of single cells."""
+
 
 class BayesGrid:
     """Recursive Bayes (11.6) with prior 1/2: independent evidence adds in log-odds.
@@ -33,15 +36,18 @@ class BayesGrid:
 
     def update(self, cone: Cone) -> Patch | None:
         """Fuse one ping; the patch that it touched, None if it said nothing."""
+        rows, _ = self.fuse(cone)
+        return cone.patch if len(rows) else None
+
+    def fuse(self, cone: Cone) -> Cells:
+        """Fuse one ping; the cells of which it spoke."""
         quantised = np.rint(evidence(cone, self._form, self._no_echo) * MILLI).astype(np.int32)
         speaks = quantised != 0
-        if not speaks.any():
-            return None
         rows, cols = cone.rows[speaks], cone.cols[speaks]
         total = self.log_odds[rows, cols] + quantised[speaks]
         self.log_odds[rows, cols] = np.clip(total, -self._limit, self._limit)
         self._seen[rows, cols] = True
-        return cone.patch
+        return rows, cols
 
     def fade(self, factor: float) -> None:
         """Let all evidence fade towards nothing."""

@@ -6,13 +6,13 @@ axis is in region I if |r - s| <= tolerance (an echo at s: probably occupied), i
 """
 
 from dataclasses import dataclass
-from math import atan2, cos, hypot, pi, sin
+from math import cos, pi, sin, tan
 
 import numpy as np
 from numpy.typing import NDArray
 
 from echogrid.mapping.grid import GridGeometry, Patch
-from echogrid.mapping.pose import Pose
+from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.mapping.ranger import Ranger, effective_tolerance
 
 Floats = NDArray[np.float64]
@@ -88,7 +88,7 @@ def cast(
 def _inside(along: Floats, across: Floats, half_angle: float, resolution: float) -> NDArray[np.bool_]:
     """Within the cone, or within half a cell of its axis: a cone narrower than a cell still has no holes."""
     result: NDArray[np.bool_] = (along > 0.0) & (
-        (across <= along * (sin(half_angle) / cos(half_angle))) | (across <= resolution / 2.0)
+        (across <= along * tan(half_angle)) | (across <= resolution / 2.0)
     )
     return result
 
@@ -105,17 +105,10 @@ def _bounds(
     transducer: Pose, half_angle: float, reach: float, resolution: float
 ) -> tuple[float, float, float, float]:
     """West, south, east and north of the cone, half a cell wider."""
-    quarter = pi / 2.0
-    turns = [k * quarter for k in range(-4, 5) if abs(k * quarter - transducer.yaw) < half_angle]
-    angles = [transducer.yaw - half_angle, transducer.yaw + half_angle, *turns]
+    axes = [k * pi / 2.0 for k in range(4)]
+    crossed = [axis for axis in axes if abs(wrap_angle(axis - transducer.yaw)) < half_angle]
+    angles = [transducer.yaw - half_angle, transducer.yaw + half_angle, *crossed]
     xs = [transducer.x, *(transducer.x + reach * cos(angle) for angle in angles)]
     ys = [transducer.y, *(transducer.y + reach * sin(angle) for angle in angles)]
     half = resolution / 2.0
     return min(xs) - half, min(ys) - half, max(xs) + half, max(ys) + half
-
-
-def polar(transducer: Pose, x: float, y: float) -> tuple[float, float]:
-    """Distance (m) and signed bearing (rad) of a point from a transducer."""
-    dx, dy = x - transducer.x, y - transducer.y
-    c, s = cos(transducer.yaw), sin(transducer.yaw)
-    return hypot(dx, dy), atan2(c * dy - s * dx, c * dx + s * dy)

@@ -28,11 +28,10 @@ class LocalGrid:
     def __init__(
         self, resolution: float, cells: int, tolerance: float, fade_s: float, no_echo: NoEcho
     ) -> None:
-        side = cells * resolution
-        geometry = GridGeometry(resolution, -side / 2.0, -side / 2.0, cells, cells)
+        self._corner = (-(cells // 2), -(cells // 2))
+        geometry = _window(self._corner, resolution, cells)
         self.grid = BayesGrid(geometry, _LIMIT, Form.CONSISTENT, no_echo)
         self.seen_ns: NDArray[np.int64] = np.zeros(geometry.shape, np.int64)
-        self._corner = (-(cells // 2), -(cells // 2))
         self._tolerance = tolerance
         self._fade_s = fade_s
         self._faded_ns: int | None = None
@@ -54,8 +53,7 @@ class LocalGrid:
         if shift == (0, 0):
             return
         self._corner = corner
-        x, y = corner[1] * geometry.resolution, corner[0] * geometry.resolution
-        self.grid.move(GridGeometry(geometry.resolution, x, y, geometry.rows, geometry.cols), shift)
+        self.grid.move(_window(corner, geometry.resolution, geometry.rows), shift)
         self.seen_ns = shifted(self.seen_ns, shift)
 
     def fade(self, now_ns: int) -> None:
@@ -70,5 +68,10 @@ class LocalGrid:
     def fuse(self, transducer: Pose, ranger: Ranger, echo_distance: float | None, stamp_ns: int) -> None:
         """Fuse a ping sent from `transducer` (odom frame)."""
         cone = cast(self.geometry, transducer, ranger, echo_distance, self._tolerance)
-        if self.grid.update(cone) is not None:
-            self.seen_ns[cone.rows, cone.cols] = stamp_ns
+        spoken = self.grid.fuse(cone)
+        self.seen_ns[spoken] = np.maximum(self.seen_ns[spoken], stamp_ns)
+
+
+def _window(corner: tuple[int, int], resolution: float, cells: int) -> GridGeometry:
+    """The square window whose south-western cell has these row and column numbers, counted from (0, 0)."""
+    return GridGeometry(resolution, corner[1] * resolution, corner[0] * resolution, cells, cells)

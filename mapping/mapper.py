@@ -69,10 +69,11 @@ class Mapper:
     def add(self, reading: RangeReading) -> None:
         """Take a reading."""
         self.ledger.produce(reading.outcome)
-        self._newest_ns = max(self._newest_ns, reading.stamp_ns)
         if reading.sensor not in self._rangers:
             self._drop(reading, "unknown sensor")
-        elif reading.stamp_ns < self._newest_ns - REORDER_NS:
+            return
+        self._newest_ns = max(self._newest_ns, reading.stamp_ns)
+        if reading.stamp_ns < self._newest_ns - REORDER_NS:
             self._drop(reading, "late")
         else:
             self._unplaced.append(reading)

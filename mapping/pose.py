@@ -1,12 +1,12 @@
 """Poses in the plane: REP-103 axes, x forward, y left, yaw counter-clockwise."""
 
 from dataclasses import dataclass
-from math import cos, pi, sin
+from math import cos, remainder, sin, tau
 
 
 def wrap_angle(angle: float) -> float:
-    """The same angle in [-pi, pi)."""
-    return (angle + pi) % (2.0 * pi) - pi
+    """The same angle in [-pi, pi], free of rounding."""
+    return remainder(angle, tau)
 
 
 @dataclass(frozen=True, slots=True)

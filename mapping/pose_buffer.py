@@ -1,6 +1,6 @@
 """Where the robot was: poses by time, interpolated at the moment of a ping."""
 
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from enum import Enum
 
 from echogrid.mapping.pose import Pose, interpolate
@@ -17,8 +17,8 @@ class PoseMiss(Enum):
 class PoseBuffer:
     """Poses in order of time, the oldest forgotten; between two of them it interpolates, beyond it does not.
 
-    `keep_ns` is how far back it reaches (None: for ever). Neighbours further apart than `widest_gap_ns` are
-    not interpolated: nobody knows what the robot did between them.
+    It reaches back `keep_ns` at least (None: for ever). Neighbours further apart than `widest_gap_ns` are not
+    interpolated: nobody knows what the robot did between them.
     """
 
     def __init__(self, keep_ns: int | None = 10_000_000_000, widest_gap_ns: int = 500_000_000) -> None:
@@ -60,6 +60,6 @@ class PoseBuffer:
         """Drop what is too old, a batch at a time."""
         if self._keep_ns is None or len(self._stamps) < 256:
             return
-        old = bisect_left(self._stamps, self._stamps[-1] - self._keep_ns)
+        old = bisect_right(self._stamps, self._stamps[-1] - self._keep_ns) - 1
         if old > len(self._stamps) // 2:
             del self._stamps[:old], self._poses[:old]

@@ -40,13 +40,12 @@ def worst_error(clockwise: tuple[float, float], counterclockwise: tuple[float, f
 def corrections(clockwise_x: float, counterclockwise_x: float, side: float, track: float) -> Corrections:
     """The corrections from the mean end errors in x (absolute minus odometry, m) of square runs.
 
-    `side` is the square's, `track` the nominal distance of the wheels, m. A robot with no error of type B
-    has E_d = 1.
+    `side` is the square's, `track` the nominal distance of the wheels, m. The paper's radius of the bent
+    side, R = (L/2)/sin(beta/2), is infinite for equal wheels, so E_d = (R + b/2)/(R - b/2) is taken times
+    2 sin(beta/2) above and below.
     """
     alpha = (clockwise_x + counterclockwise_x) / (-4.0 * side)
     beta = (clockwise_x - counterclockwise_x) / (-4.0 * side)
     track_factor = (pi / 2.0) / (pi / 2.0 - alpha)
-    if beta == 0.0:
-        return Corrections(alpha, beta, 1.0, track_factor)
-    radius = (side / 2.0) / sin(beta / 2.0)
-    return Corrections(alpha, beta, (radius + track / 2.0) / (radius - track / 2.0), track_factor)
+    bend = track * sin(beta / 2.0)
+    return Corrections(alpha, beta, (side + bend) / (side - bend), track_factor)

@@ -11,6 +11,9 @@ from echogrid.mapping.bayes import MILLI
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.pose import Pose, wrap_angle
 
+_ROUNDING = 1e-9
+"""rad: a sector on the border of "ahead" is ahead on both sides."""
+
 
 class SectorState(Enum):
     """What is known of a sector. Only CLEAR may be driven into."""
@@ -58,7 +61,7 @@ class Sight:
     occupied: float = 0.85
     """nats from which a cell is an obstacle (probability 0.70)."""
     known: float = 0.3
-    """The part of a sector's cells that must have been spoken of."""
+    """The part of a sector's cells that must have been spoken of, and lately, for it to be clear."""
     stale_ns: int = 1_000_000_000
     stop_distance: float = 0.5
     """m from base_link."""
@@ -85,14 +88,14 @@ class VirtualSensor:
         """The sectors around the robot (its pose in the odom frame) now."""
         sector = self._sectors(robot.yaw)
         seen_ns = local.seen_ns[self._rows, self._cols]
-        total = np.bincount(sector, minlength=self._sight.sectors)
-        known = np.bincount(sector, seen_ns > 0, self._sight.sectors)
-        recent = np.bincount(sector, seen_ns > now_ns - self._sight.stale_ns, self._sight.sectors)
+        total = np.maximum(np.bincount(sector, minlength=self._sight.sectors), 1)
+        known = np.bincount(sector, seen_ns > 0, self._sight.sectors) / total
+        recent = np.bincount(sector, seen_ns > now_ns - self._sight.stale_ns, self._sight.sectors) / total
         nearest = self._nearest(local, robot, sector)
         sectors = tuple(
             Sector(
                 wrap_angle(2.0 * pi * k / self._sight.sectors),
-                self._state(known[k] / max(total[k], 1), recent[k] > 0, nearest[k]),
+                self._state(known[k], recent[k], nearest[k]),
                 float(nearest[k]),
             )
             for k in range(self._sight.sectors)
@@ -113,17 +116,18 @@ class VirtualSensor:
         np.minimum.at(nearest, sector[hits], np.hypot(dx, dy))
         return nearest
 
-    def _state(self, known: float, recent: bool, nearest: float) -> SectorState:
-        if known < self._sight.known and nearest == inf:
+    def _state(self, known: float, recent: float, nearest: float) -> SectorState:
+        """Of a sector of whose cells these parts were ever, and lately, spoken of."""
+        if nearest < inf:
+            return SectorState.BLOCKED if recent > 0.0 else SectorState.STALE
+        if known < self._sight.known:
             return SectorState.UNKNOWN
-        if not recent:
-            return SectorState.STALE
-        return SectorState.CLEAR if nearest == inf else SectorState.BLOCKED
+        return SectorState.CLEAR if recent >= self._sight.known else SectorState.STALE
 
     def _must_stop(self, sectors: tuple[Sector, ...]) -> bool:
         blind = SectorState.UNKNOWN, SectorState.STALE
         return any(
             sector.state in blind or sector.nearest <= self._sight.stop_distance
             for sector in sectors
-            if abs(sector.bearing) <= self._sight.ahead
+            if abs(sector.bearing) <= self._sight.ahead + _ROUNDING
         )

@@ -53,7 +53,10 @@ def device_reports(pumps: Sequence[Pump[Any, Any]], now_ns: int) -> list[DeviceR
 
 
 def _health(pump: Pump[Any, Any], device: Device[Any, Any], now_ns: int) -> Health:
-    health = device.health(now_ns)
+    try:
+        health = device.health(now_ns)
+    except Exception as error:  # noqa: BLE001 - the loop must outlive any fault of a driver
+        health = Health(Level.ERROR, f"internal error: {error!r} (please report it)", {})
     counts = {**health.counts, "port lost": pump.losses}
     if pump.state is PortState.CLOSED and pump.trouble:
         return Health(Level.ERROR, pump.trouble, counts)
@@ -103,8 +106,5 @@ class ThreadedAcquisition:
 
     def _run(self, pump: Pump[Any, Any]) -> None:
         while not self._stop.is_set():
-            try:
-                pump.turn()
-            except Exception as error:  # noqa: BLE001 - a bus must outlive any fault of a driver, seen in its health
-                pump.failed(error)
+            pump.turn()
         pump.close()

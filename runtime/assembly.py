@@ -18,9 +18,10 @@ from echogrid.mapping.pose import Pose
 from echogrid.mapping.pose_buffer import PoseBuffer
 from echogrid.mapping.virtual_sensor import Sight, VirtualSensor
 from echogrid.runtime.config import Config, SensorConfig, WheelConfig
-from echogrid.runtime.errors import UsageError
+from echogrid.runtime.errors import ConfigError, UsageError
 from echogrid.runtime.fusion import Fusion
-from echogrid.runtime.toml_values import structured
+from echogrid.runtime.toml_lines import Place
+from echogrid.runtime.toml_values import Problem, structured
 
 MAP_LIMIT = 4.6
 """nats: the long-term map stays within probabilities of 0.01 and 0.99."""
@@ -29,8 +30,21 @@ MOST_CELLS = 4e7
 SECOND_NS = 1_000_000_000
 
 
+def parts(config: Config) -> tuple[list[Line[Any, Any]], Fusion]:
+    """The devices of each bus, and the tick's state. Raises ConfigError with all that a run lacks."""
+    found: list[Problem] = []
+    for part in (lines, geometry, drive):
+        try:
+            part(config)
+        except ConfigError as error:
+            found += error.found
+    if found:
+        raise ConfigError(found)
+    return lines(config), fusion(config)
+
+
 def fusion(config: Config) -> Fusion:
-    """The tick's state. Raises UsageError when the configuration lacks what a run needs."""
+    """The tick's state. Raises ConfigError when the configuration lacks what a run needs."""
     cells = round(config.local.size_m / config.local.resolution_m)
     local = LocalGrid(
         config.local.resolution_m, cells, config.map.tolerance_m, config.local.fade_s, config.map.no_echo
@@ -57,10 +71,10 @@ def mapper(config: Config, area: GridGeometry, poses: PoseBuffer, most_waiting: 
 
 
 def geometry(config: Config) -> GridGeometry:
-    """The configured map area, its middle at the start of the run. Raises UsageError without its size."""
+    """The configured map area, its middle at the start of the run. Raises ConfigError without its size."""
     width, height = config.map.width_m, config.map.height_m
     if width is None or height is None:
-        raise UsageError(["robot.toml: map: a run needs `width_m` and `height_m`"])
+        raise ConfigError([(("map",), "a run needs `width_m` and `height_m`")])
     return centred(Pose(), width, height, config.map.resolution_m)
 
 
@@ -86,30 +100,30 @@ def pose_gap_ns(config: Config) -> int:
 
 
 def drive(config: Config) -> DifferentialDrive:
-    """Dead reckoning. Raises UsageError without the wheels' measures."""
+    """Dead reckoning. Raises ConfigError without the wheels' measures."""
     robot = config.robot
     if robot.wheel_radius_m is None or robot.track_m is None:
-        raise UsageError(["robot.toml: robot: `wheel_radius_m` and `track_m` are needed for wheel odometry"])
+        raise ConfigError([(("robot",), "`wheel_radius_m` and `track_m` are needed for wheel odometry")])
     return DifferentialDrive(robot.wheel_radius_m, robot.track_m)
 
 
 def lines(config: Config) -> list[Line[Any, Any]]:
-    """The devices of each bus. Raises UsageError with every driver or setting that is wrong."""
-    problems: list[str] = []
+    """The devices of each bus. Raises ConfigError with every driver or setting that is wrong."""
+    problems: list[Problem] = []
     devices: dict[str, list[Device[Any, Any]]] = {bus.name: [] for bus in config.bus}
     kinds = {bus.name: bus.kind for bus in config.bus}
     slots = firing_slots(config)
     speed = speed_of_sound(config.robot.air_temperature_c)
     for index, sensor in enumerate(config.sensor):
         role = RangerRole(sensor.name, sensor.min_m, sensor.max_m, slots.get(sensor.name), speed)
-        _attach(devices, kinds, sensor, role, f"sensor[{index}] {sensor.name}", problems)
+        _attach(devices, kinds, sensor, role, ("sensor", index), problems)
     for index, wheel in enumerate(config.wheel):
         wheel_role = WheelRole(wheel.name, wheel.gear, wheel.fastest_rad_s)
-        _attach(devices, kinds, wheel, wheel_role, f"wheel[{index}] {wheel.name}", problems)
+        _attach(devices, kinds, wheel, wheel_role, ("wheel", index), problems)
     if {wheel.name for wheel in config.wheel} != {"left", "right"}:
-        problems.append("robot.toml: a run needs a [[wheel]] named `left` and one named `right`")
+        problems.append(((), "a run needs a [[wheel]] named `left` and one named `right`"))
     if problems:
-        raise UsageError(problems)
+        raise ConfigError(problems)
     return [Line(name, attached) for name, attached in devices.items() if attached]
 
 
@@ -118,29 +132,28 @@ def _attach(
     kinds: Mapping[str, str],
     entry: SensorConfig | WheelConfig,
     role: RangerRole | WheelRole,
-    place: str,
-    problems: list[str],
+    place: Place,
+    problems: list[Problem],
 ) -> None:
     """Make the entry's device and hang it on its bus, or say what is wrong."""
     if entry.driver is None or entry.bus is None:
-        problems.append(f"robot.toml: {place}: `driver` and `bus` are needed to run")
+        problems.append((place, f"{entry.name}: `driver` and `bus` are needed to run"))
         return
     try:
         driver = registry.driver(entry.driver)
     except UnknownDriverError as error:
-        problems.append(f"robot.toml: {place}: {error}")
+        problems.append(((*place, "driver"), str(error)))
         return
     if driver.bus != kinds[entry.bus]:
         speaks = f"{entry.driver} speaks {driver.bus}, but bus {entry.bus!r} is {kinds[entry.bus]}"
-        problems.append(f"robot.toml: {place}: {speaks}")
-        return
+        problems.append(((*place, "bus"), speaks))
     settings, wrong = structured(dict(entry.settings), driver.Settings)
-    problems += [f"robot.toml: {place}: {what}" for _, what in wrong]
+    problems += [((*place, *key), what) for key, what in wrong]
     try:
         if not wrong:
             devices[entry.bus].append(driver(role, settings))
     except ValueError as error:
-        problems.append(f"robot.toml: {place}: {error}")
+        problems.append((place, str(error)))
 
 
 def firing_slots(config: Config) -> dict[str, Slot]:

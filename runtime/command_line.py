@@ -15,17 +15,29 @@ _COMMANDS = (run, make_map, emulate, fault, evaluate)
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Do what the arguments say; the exit code."""
-    chosen = _parser().parse_args(arguments)
     try:
-        code: int = chosen.execute(chosen)
+        code = _done(arguments)
         sys.stdout.flush()
         return code
+    except BrokenPipeError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        for stream in (sys.stdout, sys.stderr):
+            os.dup2(nowhere, stream.fileno())
+        return 1
+
+
+def _done(arguments: Sequence[str] | None) -> int:
+    try:
+        chosen = _parser().parse_args(arguments)
+        code: int = chosen.execute(chosen)
+        return code
+    except SystemExit as end:  # How argparse ends after --help, or after a mistake.
+        return end.code if isinstance(end.code, int) else 2
     except UsageError as error:
         print(error, file=sys.stderr)
         return 2
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+        raise
     except (EchogridError, OSError) as error:
         print(_told(error), file=sys.stderr)
         return 1

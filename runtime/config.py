@@ -25,8 +25,8 @@ class RobotConfig:
     air_temperature_c: float = 20.0
 
     def __post_init__(self) -> None:
-        _require(self.wheel_radius_m is None or self.wheel_radius_m > 0, "`wheel_radius_m` must be above 0")
-        _require(self.track_m is None or self.track_m > 0, "`track_m` must be above 0")
+        for name, value in (("wheel_radius_m", self.wheel_radius_m), ("track_m", self.track_m)):
+            _require(value is None or 0.001 <= value <= 100, f"`{name}` must lie in 0.001...100")
         _require(-40 <= self.air_temperature_c <= 85, "`air_temperature_c` must lie in -40...85")
 
 
@@ -60,6 +60,10 @@ class SensorConfig:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        plain = self.name.isprintable() and self.name == self.name.strip()
+        _require(plain, "`name` must be printable, without blanks around it")
+        _require(abs(self.x_m) <= 100 and abs(self.y_m) <= 100, "`x_m` and `y_m` must lie in -100...100")
+        _require(abs(self.yaw_deg) <= 36_000, "`yaw_deg` must lie in -36000...36000")
         _require(0 < self.half_angle_deg < 90, "`half_angle_deg` must lie between 0 and 90")
         _require(0 <= self.min_m < self.max_m, "`min_m` must be at least 0 and below `max_m`")
         _require(self.max_m <= 100, "`max_m` must be at most 100")
@@ -83,8 +87,8 @@ class WheelConfig:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        _require(self.gear != 0, "`gear` must not be 0")
-        _require(self.fastest_rad_s > 0, "`fastest_rad_s` must be above 0")
+        _require(1e-4 <= abs(self.gear) <= 1e4, "`gear` must lie in 0.0001...10000, or below 0 as far")
+        _require(0 < self.fastest_rad_s <= 1e5, "`fastest_rad_s` must lie in 0...100000")
 
 
 @dataclass(frozen=True, slots=True)

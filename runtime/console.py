@@ -16,23 +16,29 @@ class Console:
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._in_place = stream.isatty()
+        self._gone = False
         self._health: dict[str, Health] = {}
 
     def show(self, status: Status) -> None:
         """The status, after the changes since the last one."""
         for each in status.devices:
             self._tell_change(each)
-        end = "" if self._in_place else "\n"
-        self._stream.write(f"{self._start()}{status.line()}{end}")
-        self._stream.flush()
+        self._write(status.line() + ("" if self._in_place else "\n"))
 
     def say(self, line: str) -> None:
         """A line of its own."""
-        self._stream.write(f"{self._start()}{line}\n")
-        self._stream.flush()
+        self._write(f"{line}\n")
 
-    def _start(self) -> str:
-        return "\r\x1b[K" if self._in_place else ""
+    def _write(self, text: str) -> None:
+        """A run goes on when its terminal has gone."""
+        if self._gone:
+            return
+        start = "\r\x1b[K" if self._in_place else ""
+        try:
+            self._stream.write(start + text)
+            self._stream.flush()
+        except OSError:
+            self._gone = True
 
     def _tell_change(self, each: DeviceReport) -> None:
         """Trouble, and its end; what is well from the start is not news."""

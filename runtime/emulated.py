@@ -14,8 +14,10 @@ from echogrid.emulation.offices import office, office_tour
 from echogrid.emulation.robot import BusSpec, EmulatedRobot, RangerSpec, RobotSpec, WheelSpec
 from echogrid.emulation.scene import Scene
 from echogrid.emulation.world import World
+from echogrid.runtime import assembly
 from echogrid.runtime.config import Config, SensorConfig, WheelConfig
-from echogrid.runtime.errors import UsageError
+from echogrid.runtime.errors import ConfigError
+from echogrid.runtime.toml_values import Problem
 
 DEFAULT_ROBOT = Path(__file__).with_name("emulated_robot.toml")
 
@@ -28,8 +30,9 @@ def emulated_robot(
 ) -> EmulatedRobot:
     """A robot of that configuration, driving its tour through the office since `started_ns`.
 
-    Raises UsageError, RobotSpecError when something in it can't be emulated.
+    Raises ConfigError, RobotSpecError when something in it can't be emulated.
     """
+    assembly.lines(config)
     spec = robot_spec(config)
     place, way = world or office(), tour or office_tour()
 
@@ -50,21 +53,21 @@ def emulated_robot(
 
 
 def robot_spec(config: Config) -> RobotSpec:
-    """What the emulator must be told. Raises UsageError when something in it can't be emulated."""
+    """What the emulator must be told. Raises ConfigError when something in it can't be emulated."""
     radius, track = config.robot.wheel_radius_m, config.robot.track_m
-    entries: list[tuple[str, str | None, Mapping[str, object]]] = [
-        *(("sensor", s.driver, RANGERS) for s in config.sensor),
-        *(("wheel", w.driver, WHEELS) for w in config.wheel),
+    entries: list[tuple[str, int, str | None, Mapping[str, object]]] = [
+        *(("sensor", index, sensor.driver, RANGERS) for index, sensor in enumerate(config.sensor)),
+        *(("wheel", index, wheel.driver, WHEELS) for index, wheel in enumerate(config.wheel)),
     ]
-    problems = [
-        f"robot.toml: {kind}: driver {driver!r} has no emulator (there are: {', '.join(sorted(models))})"
-        for kind, driver, models in entries
+    problems: list[Problem] = [
+        ((kind, index, "driver"), f"{driver!r} has no emulator (there are: {', '.join(sorted(models))})")
+        for kind, index, driver, models in entries
         if driver not in models
     ]
     if radius is None or track is None:
-        problems.append("robot.toml: robot: `wheel_radius_m` and `track_m` are needed to drive")
+        problems.append((("robot",), "`wheel_radius_m` and `track_m` are needed to drive"))
     if problems or radius is None or track is None:
-        raise UsageError(problems)
+        raise ConfigError(problems)
     return RobotSpec(
         radius,
         track,

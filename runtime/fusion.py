@@ -29,7 +29,7 @@ class Snapshot:
     """m."""
     view: ObstacleView
     ranges: tuple[RangeReading, ...]
-    """Taken in by this tick, in order."""
+    """Taken in by this tick, in order; without those which came too late for the map."""
     wheels: tuple[WheelAngles, ...]
     """Both wheels at common stamps, completed by this tick, in order."""
     drops: tuple[Drop, ...]
@@ -46,6 +46,7 @@ class Fusion:
         self._drive = drive
         self._sensor = sensor
         self._pair = WheelPair()
+        self._moved_ns = -(1 << 62)
 
     @property
     def ledger(self) -> Ledger:
@@ -71,8 +72,10 @@ class Fusion:
         placed, drops = self._mapper.advance()
         self._see(placed, now_ns)
         view = self._sensor.view(self._local, self._drive.pose, now_ns)
+        late = {id(drop.reading) for drop in drops if drop.reason == "late"}
+        used = tuple(reading for reading in ranges if id(reading) not in late)
         return Snapshot(
-            now_ns, self._drive.pose, self._drive.travelled, view, ranges, tuple(wheels), tuple(drops)
+            now_ns, self._drive.pose, self._drive.travelled, view, used, tuple(wheels), tuple(drops)
         )
 
     def overflow(self, readings: Sequence[Reading]) -> None:
@@ -91,13 +94,18 @@ class Fusion:
 
     def _move(self, readings: Sequence[Reading]) -> list[WheelAngles]:
         """Dead reckoning up to the newest moment for which both wheels are known."""
-        pairs: list[WheelAngles] = []
+        moves: list[WheelAngles] = []
         for reading in readings:
             if isinstance(reading, WheelReading):
-                pairs += self._paired(reading)
-        for angles in pairs:
-            self._mapper.add_pose(angles.stamp_ns, self._drive.update(angles.left, angles.right))
-        return pairs
+                moves += [angles for angles in self._paired(reading) if self._move_to(angles)]
+        return moves
+
+    def _move_to(self, angles: WheelAngles) -> bool:
+        """Whether this is later than the last, and so a move."""
+        if angles.stamp_ns <= self._moved_ns:
+            return False
+        self._moved_ns = angles.stamp_ns
+        return self._mapper.add_pose(angles.stamp_ns, self._drive.update(angles.left, angles.right))
 
     def _paired(self, reading: WheelReading) -> list[WheelAngles]:
         if reading.wheel == "right":

@@ -26,13 +26,12 @@ _SWITCH_INTERVAL_S = 1e-4
 def live_run(config: Config, folder: Path) -> Iterator[tuple[Run, list[str]]]:
     """The run, ready to go with its bus threads at work, and what is wrong with ports that did not open.
 
-    Those are tried again for as long as the run lasts. Raises UsageError for a wrong configuration, and
+    Those are tried again for as long as the run lasts. Raises ConfigError for a wrong configuration, and
     PortError if not one port opens.
     """
     clock = MonotonicClock()
     queue = ReadingQueue()
-    lines = assembly.lines(config)
-    fusion = assembly.fusion(config)
+    lines, fusion = assembly.parts(config)
     ports = real_ports(config, lines, folder)
     pumps = [Pump(line, ports[line.name], clock, queue.put) for line in lines]
     for pump in pumps:
@@ -40,12 +39,23 @@ def live_run(config: Config, folder: Path) -> Iterator[tuple[Run, list[str]]]:
     closed = list(_closed(pumps))
     if len(closed) == len(pumps):
         raise PortError("\n".join([*closed, "no port could be opened"]))
+    with _quick_threads(), ThreadedAcquisition(pumps, queue) as acquisition:
+        loop = FixedRateLoop(clock, config.loop.rate_hz)
+        yield Run(fusion, loop, acquisition, clock), closed
+
+
+@contextmanager
+def _quick_threads() -> Iterator[None]:
+    """Keep the loop from waiting: for a bus thread's turn, or for what is there to stay to be collected."""
+    before_s = sys.getswitchinterval()
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     gc.collect()
     gc.freeze()
-    with ThreadedAcquisition(pumps, queue) as acquisition:
-        loop = FixedRateLoop(clock, config.loop.rate_hz)
-        yield Run(fusion, loop, acquisition, clock), closed
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+        sys.setswitchinterval(before_s)
 
 
 def _closed(pumps: Sequence[Pump[Any, Any]]) -> Iterator[str]:

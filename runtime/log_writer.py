@@ -1,70 +1,108 @@
 """Writing a simple log beside a run: its own thread, so that a slow disk never holds the loop up."""
 
+import contextlib
+import csv
 import queue
 import threading
 from collections.abc import Iterable
+from io import FileIO, StringIO
 from pathlib import Path
 from typing import Self
 
 from echogrid.drivers.readings import RangeReading
 from echogrid.mapping.wheel_pair import WheelAngles
+from echogrid.runtime.errors import UsageError
 from echogrid.runtime.map_files import seconds
-from echogrid.runtime.simple_log import RANGES, WHEELS, range_text
+from echogrid.runtime.simple_log import POSES, RANGES, WHEELS, range_text
 
 _MOST_PORTIONS = 10_000
 _STOP_S = 30.0
 
 Portion = tuple[tuple[RangeReading, ...], tuple[WheelAngles, ...]]
+Row = tuple[str, str, str]
 
 
 class LogWriter:
     """Writes robot.toml at once, then ranges.csv and wheels.csv as they come. Leave it to finish the files.
 
-    Raises OSError when the folder can't be written; later trouble is kept in `trouble`, and what could
-    not be written is counted in `lost`.
+    Raises OSError when the folder can't be written, UsageError when another recording's poses would be taken
+    for this one's. After the first row that can't be written no other is, and all of them are counted.
     """
 
     def __init__(self, folder: Path, robot_toml: str) -> None:
-        self.lost = 0
-        self.trouble = ""
+        self._fault = ""
+        self._unwritten = 0
+        self._refused = 0
         folder.mkdir(parents=True, exist_ok=True)
+        if (folder / POSES[0]).exists():
+            raise UsageError([f"{folder / POSES[0]}: part of another recording: choose another folder"])
         (folder / "robot.toml").write_text(robot_toml, encoding="utf-8")
-        self._ranges = (folder / RANGES[0]).open("w", encoding="utf-8")
-        self._wheels = (folder / WHEELS[0]).open("w", encoding="utf-8")
-        self._ranges.write(",".join(RANGES[1]) + "\n")
-        self._wheels.write(",".join(WHEELS[1]) + "\n")
+        with contextlib.ExitStack() as stack:
+            self._ranges = stack.enter_context((folder / RANGES[0]).open("wb", buffering=0))
+            self._wheels = stack.enter_context((folder / WHEELS[0]).open("wb", buffering=0))
+            self._ranges.write(_lines([RANGES[1]]))
+            self._wheels.write(_lines([WHEELS[1]]))
+            self._files = stack.pop_all()
         self._portions: queue.Queue[Portion | None] = queue.Queue(_MOST_PORTIONS)
         self._thread = threading.Thread(target=self._run, name="log", daemon=True)
+
+    @property
+    def lost(self) -> int:
+        """How many rows are missing."""
+        return self._unwritten + self._refused
+
+    @property
+    def trouble(self) -> str:
+        """Why they are; empty if none is."""
+        return self._fault or ("the disk is too slow" if self._refused else "")
 
     def __enter__(self) -> Self:
         self._thread.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._portions.put(None, timeout=_STOP_S)
+        with contextlib.suppress(queue.Full):
+            self._portions.put(None, timeout=_STOP_S)
         self._thread.join(_STOP_S)
 
     def put(self, ranges: tuple[RangeReading, ...], wheels: tuple[WheelAngles, ...]) -> None:
         """Hand over what a tick took in; never waits."""
-        try:
-            self._portions.put_nowait((ranges, wheels))
-        except queue.Full:
-            self.lost += len(ranges) + len(wheels)
+        if not self._refused:
+            with contextlib.suppress(queue.Full):
+                self._portions.put_nowait((ranges, wheels))
+                return
+        self._refused += len(ranges) + len(wheels)
 
     def _run(self) -> None:
-        with self._ranges, self._wheels:
+        with self._files:
             while (portion := self._portions.get()) is not None:
-                try:
-                    self._ranges.writelines(_range_rows(portion[0]))
-                    self._wheels.writelines(_wheel_rows(portion[1]))
-                except OSError as error:
-                    self.trouble = f"{error.filename or 'log'}: {error.strerror}"
-                    self.lost += len(portion[0]) + len(portion[1])
+                ranges, wheels = portion
+                if not self._written(self._ranges, map(_range_row, ranges)):
+                    self._unwritten += len(ranges)
+                if not self._written(self._wheels, map(_wheel_row, wheels)):
+                    self._unwritten += len(wheels)
+
+    def _written(self, file: FileIO, rows: Iterable[Row]) -> bool:
+        if self._fault:
+            return False
+        data = _lines(rows)
+        try:
+            while data:
+                data = data[file.write(data) :]
+        except OSError as error:
+            self._fault = error.strerror or str(error)
+        return not self._fault
 
 
-def _range_rows(readings: Iterable[RangeReading]) -> list[str]:
-    return [f"{seconds(each.stamp_ns)},{each.sensor},{range_text(each)}\n" for each in readings]
+def _lines(rows: Iterable[Iterable[str]]) -> bytes:
+    text = StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue().encode()
 
 
-def _wheel_rows(pairs: Iterable[WheelAngles]) -> list[str]:
-    return [f"{seconds(each.stamp_ns)},{each.left!r},{each.right!r}\n" for each in pairs]
+def _range_row(reading: RangeReading) -> Row:
+    return seconds(reading.stamp_ns), reading.sensor, range_text(reading)
+
+
+def _wheel_row(angles: WheelAngles) -> Row:
+    return seconds(angles.stamp_ns), repr(angles.left), repr(angles.right)

@@ -44,11 +44,12 @@ class FixedRateLoop:
         """Count the tick; the next deadline that can still be kept."""
         lateness_ns = start_ns - deadline_ns
         self.worst_ns = max(self.worst_ns, lateness_ns)
-        next_ns = deadline_ns + self._period_ns
-        if 2 * lateness_ns <= self._period_ns and end_ns <= next_ns:
+        if 2 * lateness_ns <= self._period_ns and end_ns <= deadline_ns + self._period_ns:
             self.in_time += 1
         else:
             self.late += 1
-        missed = max(end_ns - next_ns, 0) // self._period_ns
-        self.skipped += missed
-        return next_ns + missed * self._period_ns
+        slept_over = max(lateness_ns, 0) // self._period_ns
+        next_ns = deadline_ns + (slept_over + 1) * self._period_ns
+        overrun = max(end_ns - next_ns, 0) // self._period_ns
+        self.skipped += slept_over + overrun
+        return next_ns + overrun * self._period_ns

@@ -36,8 +36,12 @@ def write(folder: Path, image: MapImage, trajectory: Trajectory) -> None:
 def replace(path: Path, data: bytes) -> None:
     """Put a file in place in one step, whatever was there."""
     part = path.with_name(f".{path.name}.part")
-    part.write_bytes(data)
-    part.replace(path)
+    try:
+        part.write_bytes(data)
+        part.replace(path)
+    except OSError:
+        part.unlink(missing_ok=True)
+        raise
 
 
 def _pgm(image: MapImage) -> bytes:

@@ -45,7 +45,7 @@ def build(recording: Recording) -> OfflineMap:
     mapper = _mapper(recording)
     first_ns, last_ns = recording.poses[0][0], recording.poses[-1][0]
     started = perf_counter()
-    for place, reading in recording.ranges:
+    for place, reading in sorted(recording.ranges, key=lambda entry: entry[1].stamp_ns):
         if first_ns <= reading.stamp_ns <= last_ns:
             mapper.add(reading)
             mapper.advance()

@@ -8,7 +8,8 @@ from echogrid.drivers.bus import Port
 from echogrid.drivers.device import Line
 from echogrid.drivers.transports.ports import make_port
 from echogrid.runtime.config import BusConfig, Config
-from echogrid.runtime.errors import UsageError
+from echogrid.runtime.errors import ConfigError
+from echogrid.runtime.toml_values import Problem
 
 _SOCKET = "unix:"
 _PATH_INTERFACES = ("slcan",)
@@ -16,18 +17,19 @@ _PATH_INTERFACES = ("slcan",)
 
 
 def real_ports(config: Config, lines: list[Line[Any, Any]], folder: Path) -> dict[str, Port[Any, Any]]:
-    """The port of each line, not yet open; relative paths start at `folder`. Raises UsageError."""
+    """The port of each line, not yet open; relative paths start at `folder`. Raises ConfigError."""
     buses = {bus.name: bus for bus in config.bus}
     ports: dict[str, Port[Any, Any]] = {}
-    problems: list[str] = []
+    places = {bus.name: ("bus", index) for index, bus in enumerate(config.bus)}
+    problems: list[Problem] = []
     for line in lines:
         bus = buses[line.name]
         try:
             ports[line.name] = make_port(bus.kind, _address(bus, folder), _options(bus, line))
         except ValueError as error:
-            problems.append(f"robot.toml: bus {bus.name}: {error}")
+            problems.append((places[bus.name], str(error)))
     if problems:
-        raise UsageError(problems)
+        raise ConfigError(problems)
     return ports
 
 

@@ -58,15 +58,13 @@ class Pump(Generic[In, Out]):
                 self._clock.sleep_until_ns(min(self.due_ns, self._clock.now_ns() + _LONGEST_WAIT_NS))
         except PortError as error:
             self._lost(str(error))
+        except Exception as error:  # noqa: BLE001 - a bus must outlive any fault of a driver, seen in its health
+            self._lost(_internal(self.line.name, error))
 
     def close(self) -> None:
         """Let the port go."""
         self.port.close()
         self.state = PortState.CLOSED
-
-    def failed(self, error: Exception) -> None:
-        """A driver failed in a way it should not have: treat its port as lost, and keep the others going."""
-        self._lost(f"{self.line.name}: internal error: {error!r} (please report it)")
 
     def _open(self) -> None:
         self.port.open()
@@ -87,8 +85,15 @@ class Pump(Generic[In, Out]):
         now_ns = self._clock.now_ns()
         if self.state is PortState.OPEN:
             self.losses += 1
-        self.close()
-        self.trouble = trouble
-        self.line.lost(now_ns)
+        self.state, self.trouble = PortState.CLOSED, trouble
         self.due_ns = now_ns + _BACK_OFF_NS[min(self._attempts, len(_BACK_OFF_NS) - 1)]
         self._attempts += 1
+        try:
+            self.close()
+            self.line.lost(now_ns)
+        except Exception as error:  # noqa: BLE001 - as above
+            self.trouble = _internal(self.line.name, error)
+
+
+def _internal(bus: str, error: Exception) -> str:
+    return f"{bus}: internal error: {error!r} (please report it)"

@@ -1,15 +1,19 @@
 """A robot's recording in memory, from whichever format."""
 
-from collections.abc import Iterator
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 from echogrid.drivers.readings import RangeReading
 from echogrid.mapping.pose import Pose
 from echogrid.runtime import assembly, robot_file, simple_log
 from echogrid.runtime.config import Config
-from echogrid.runtime.errors import UsageError
+from echogrid.runtime.errors import ConfigError, UsageError
 from echogrid.runtime.simple_log import RowFaultError, RowFaults
+
+T = TypeVar("T")
 
 
 @dataclass(slots=True)
@@ -32,49 +36,72 @@ def read_simple(folder: Path) -> Recording:
         config = robot_file.load(folder / "robot.toml")
     except UsageError as error:
         problems = [*error.problems, *problems]
+    reckoned = simple_log.way(folder) == simple_log.WHEELS
+    if reckoned and not problems:
+        try:
+            assembly.drive(config)
+        except ConfigError as error:
+            problems = [f"{folder}/{problem}" for problem in error.problems]
     if problems:
         raise UsageError(problems)
     recording = Recording(config)
-    has_poses = (folder / simple_log.POSES[0]).is_file()
-    recording.poses = list(_poses(folder, recording) if has_poses else _reckoned(folder, recording))
+    recording.poses = _reckoned(folder, recording) if reckoned else _poses(folder, recording)
     recording.ranges = list(_ranges(folder, recording))
     return recording
 
 
-def _poses(folder: Path, recording: Recording) -> Iterator[tuple[int, Pose]]:
-    last_ns: int | None = None
-    for row in simple_log.rows(folder, simple_log.POSES, recording.faults):
-        try:
-            stamp_ns, pose = simple_log.pose(row.cells)
-            last_ns = _later(stamp_ns, last_ns)
-            yield stamp_ns, pose
-        except RowFaultError as fault:
-            recording.faults.add(str(fault), row.place)
+def monotonic(entries: Sequence[tuple[str, int, T]], faults: RowFaults) -> list[tuple[int, T]]:
+    """Stamps and values of the entries (place, stamp, value) in order, the fewest others skipped: one stamp
+    far ahead costs one row. Where there is a choice the earlier row stays."""
+    wanted = _longest_rises([stamp_ns for _, stamp_ns, _ in entries])
+    left = max(wanted, default=0)
+    kept: list[tuple[int, T]] = []
+    for (place, stamp_ns, value), rise in zip(entries, wanted, strict=True):
+        if rise == left and (not kept or stamp_ns > kept[-1][0]):
+            kept.append((stamp_ns, value))
+            left -= 1
+        else:
+            faults.add("pose not monotonic", place)
+    return kept
 
 
-def _reckoned(folder: Path, recording: Recording) -> Iterator[tuple[int, Pose]]:
+def _longest_rises(stamps_ns: Sequence[int]) -> list[int]:
+    """For each stamp, how many there are in the longest rising sequence which begins with it."""
+    rises: list[int] = []
+    latest_starts: list[int] = []  # Of the rising sequences of 1, 2, ... stamps so far, negative.
+    for stamp_ns in reversed(stamps_ns):
+        length = bisect_left(latest_starts, -stamp_ns)
+        latest_starts[length : length + 1] = [-stamp_ns]
+        rises.append(length + 1)
+    return rises[::-1]
+
+
+def _poses(folder: Path, recording: Recording) -> list[tuple[int, Pose]]:
+    poses = _usable(folder, simple_log.POSES, recording.faults, simple_log.pose)
+    return monotonic([(place, stamp_ns, pose) for place, (stamp_ns, pose) in poses], recording.faults)
+
+
+def _reckoned(folder: Path, recording: Recording) -> list[tuple[int, Pose]]:
     """Dead reckoning of wheels.csv."""
+    angles = _usable(folder, simple_log.WHEELS, recording.faults, simple_log.wheel_angles)
+    in_order = monotonic([(place, each.stamp_ns, each) for place, each in angles], recording.faults)
     drive = assembly.drive(recording.config)
-    last_ns: int | None = None
-    for row in simple_log.rows(folder, simple_log.WHEELS, recording.faults):
-        try:
-            angles = simple_log.wheel_angles(row.cells)
-            last_ns = _later(angles.stamp_ns, last_ns)
-            yield angles.stamp_ns, drive.update(angles.left, angles.right)
-        except RowFaultError as fault:
-            recording.faults.add(str(fault), row.place)
-
-
-def _later(stamp_ns: int, last_ns: int | None) -> int:
-    if last_ns is not None and stamp_ns <= last_ns:
-        raise RowFaultError("pose not monotonic")
-    return stamp_ns
+    return [(stamp_ns, drive.update(each.left, each.right)) for stamp_ns, each in in_order]
 
 
 def _ranges(folder: Path, recording: Recording) -> Iterator[tuple[str, RangeReading]]:
     rangers = {sensor.name: sensor.ranger() for sensor in recording.config.sensor}
-    for row in simple_log.rows(folder, simple_log.RANGES, recording.faults):
+    return _usable(
+        folder, simple_log.RANGES, recording.faults, lambda cells: simple_log.range_reading(cells, rangers)
+    )
+
+
+def _usable(
+    folder: Path, table: simple_log.Table, faults: RowFaults, read: Callable[[tuple[str, ...]], T]
+) -> Iterator[tuple[str, T]]:
+    """Where each row stands and what is read from it; those which can't be read are skipped."""
+    for row in simple_log.rows(folder, table, faults):
         try:
-            yield row.place, simple_log.range_reading(row.cells, rangers)
+            yield row.place, read(row.cells)
         except RowFaultError as fault:
-            recording.faults.add(str(fault), row.place)
+            faults.add(str(fault), row.place)

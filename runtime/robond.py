@@ -12,11 +12,13 @@ from echogrid.drivers.readings import RangeReading, classify
 from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.runtime.config import Config, MapConfig, SensorConfig
 from echogrid.runtime.errors import UsageError
-from echogrid.runtime.recording import Recording
+from echogrid.runtime.recording import Recording, monotonic
 from echogrid.runtime.simple_log import RowFaults
 
 BEARINGS_DEG = (-90.0, -37.5, -22.5, -7.5, 7.5, 22.5, 37.5, 90.0)
 _MILLISECOND_NS = 1_000_000
+_LARGEST = 10**12
+"""ms or mm; beyond that a row is nonsense."""
 
 
 def configuration(bearings_deg: tuple[float, ...] = BEARINGS_DEG) -> Config:
@@ -35,25 +37,23 @@ def read(folder: Path, config: Config | None = None) -> Recording:
     if absent:
         raise UsageError(absent)
     recording = Recording(config or configuration())
-    recording.poses = list(_poses(paths[1], recording.faults))
+    recording.poses = monotonic(list(_poses(paths[1], recording.faults)), recording.faults)
     recording.ranges = list(_ranges(paths[0], recording))
     return recording
 
 
-def _poses(path: Path, faults: RowFaults) -> Iterator[tuple[int, Pose]]:
-    last_ns = -1
+def _poses(path: Path, faults: RowFaults) -> Iterator[tuple[str, int, Pose]]:
     for place, (millis, x, y, heading) in _rows(path, 4, faults):
-        stamp_ns = millis * _MILLISECOND_NS
-        if stamp_ns <= last_ns:
-            faults.add("pose not monotonic", place)
-            continue
-        last_ns = stamp_ns
-        yield stamp_ns, Pose(x * 1e-3, y * 1e-3, wrap_angle(radians(heading / 10.0)))
+        pose = Pose(x * 1e-3, y * 1e-3, wrap_angle(radians(heading / 10.0)))
+        yield place, millis * _MILLISECOND_NS, pose
 
 
 def _ranges(path: Path, recording: Recording) -> Iterator[tuple[str, RangeReading]]:
     sensors = recording.config.sensor
     for place, (millis, *ranges) in _rows(path, 1 + len(sensors), recording.faults):
+        if min(ranges) < 0:
+            recording.faults.add("negative range", place)
+            continue
         for sensor, millimetres in zip(sensors, ranges, strict=True):
             outcome, distance = classify(millimetres * 1e-3, sensor.min_m, sensor.max_m)
             yield place, RangeReading(millis * _MILLISECOND_NS, 0, sensor.name, outcome, distance)
@@ -66,7 +66,7 @@ def _rows(path: Path, columns: int, faults: RowFaults) -> Iterator[tuple[str, li
                 values = [int(word) for word in line.split()]
             except ValueError:
                 values = []
-            if len(values) == columns:
+            if len(values) == columns and all(abs(value) <= _LARGEST for value in values):
                 yield f"{path}:{number}", values
             elif line.strip():
                 faults.add("unparsable", f"{path}:{number}")

@@ -1,13 +1,15 @@
 """Reading robot.toml: every error at once, with file, line, key and reason."""
 
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import fields
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 from echogrid.runtime.config import Config, SensorConfig, WheelConfig
-from echogrid.runtime.errors import UsageError
+from echogrid.runtime.errors import ConfigError, UsageError, described
 from echogrid.runtime.toml_lines import Place, key_lines
 from echogrid.runtime.toml_values import Problem, hint, structured
 
@@ -21,12 +23,23 @@ def load(path: Path) -> Config:
         raise UsageError(
             [f"{path}: {error.strerror or error} (a robot is described by a robot.toml)"]
         ) from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except ValueError as error:
         raise UsageError([f"{path}: not TOML: {error}"]) from error
+    except RecursionError as error:
+        raise UsageError([f"{path}: nested too deeply"]) from error
     config, problems = _checked(table)
     if config is None or problems:
-        raise UsageError([_located(path, key_lines(text), place, what) for place, what in problems])
+        raise UsageError(_located(path, text, problems))
     return config
+
+
+@contextmanager
+def located(path: Path) -> Iterator[None]:
+    """Add file and lines to what is found wrong with the configuration from that file."""
+    try:
+        yield
+    except ConfigError as error:
+        raise UsageError(_located(path, path.read_text(encoding="utf-8"), error.found)) from error
 
 
 def _checked(table: dict[str, Any]) -> tuple[Config | None, list[Problem]]:
@@ -56,6 +69,7 @@ def _contradictions(config: Config) -> Iterator[Problem]:
     yield from _taken("bus", [bus.name for bus in config.bus])
     yield from _taken("sensor", [sensor.name for sensor in config.sensor])
     yield from _taken("wheel", [wheel.name for wheel in config.wheel])
+    yield from _sensors_named_as_wheels(config)
     yield from _without_bus("sensor", [sensor.bus for sensor in config.sensor], config)
     yield from _without_bus("wheel", [wheel.bus for wheel in config.wheel], config)
     yield from _misfires(config)
@@ -67,6 +81,13 @@ def _taken(kind: str, names: list[str]) -> Iterator[Problem]:
     for index, name in enumerate(names):
         if name in names[:index]:
             yield (kind, index, "name"), f"`name` is taken: {name!r} stands there already"
+
+
+def _sensors_named_as_wheels(config: Config) -> Iterator[Problem]:
+    wheels = {wheel.name for wheel in config.wheel}
+    for index, sensor in enumerate(config.sensor):
+        if sensor.name in wheels:
+            yield ("sensor", index, "name"), f"`name` is taken: there is a [[wheel]] named {sensor.name!r}"
 
 
 def _without_bus(kind: str, named: list[str | None], config: Config) -> Iterator[Problem]:
@@ -86,8 +107,17 @@ def _misfires(config: Config) -> Iterator[Problem]:
             yield ("firing", "groups"), f"{name!r} stands in two groups"
 
 
-def _located(path: Path, lines: dict[Place, int], place: Place, what: str) -> str:
-    known = next((place[:end] for end in range(len(place), 0, -1) if place[:end] in lines), None)
-    line = f":{lines[known]}" if known else ""
-    table = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place).lstrip(".")
-    return f"{path}{line}: {table}: {what}" if table else f"{path}{line}: {what}"
+def _located(path: Path, text: str, problems: Iterable[Problem]) -> list[str]:
+    """One line for each problem, in the order of the file."""
+    lines = key_lines(text)
+    numbered = [(_line(lines, place), described(place, what)) for place, what in problems]
+    return [
+        f"{path}:{line}: {what}" if line else f"{path}: {what}"
+        for line, what in sorted(numbered, key=itemgetter(0))
+    ]
+
+
+def _line(lines: dict[Place, int], place: Place) -> int:
+    """The line of the key, or of the innermost table around it; 0 if neither is in the file."""
+    known = (place[:end] for end in range(len(place), 0, -1) if place[:end] in lines)
+    return next((lines[each] for each in known), 0)

@@ -1,7 +1,7 @@
 """A run: the loop around the tick, whatever the clock and wherever the readings come from."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -9,7 +9,7 @@ from echogrid.drivers.clock import Clock
 from echogrid.drivers.readings import RangeReading, Reading
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.wheel_pair import WheelAngles
-from echogrid.runtime.acquisition import Acquisition
+from echogrid.runtime.acquisition import Acquisition, DeviceReport
 from echogrid.runtime.fusion import Fusion, Snapshot
 from echogrid.runtime.ledger_report import account
 from echogrid.runtime.loop import SECOND_NS, FixedRateLoop
@@ -78,7 +78,7 @@ class Run:
             if not self.path or stamp_ns - self.path[-1][0] >= _PATH_NS:
                 self.path.append((stamp_ns, snapshot.pose))
 
-    def report(self) -> dict[str, Any]:
+    def report(self, devices: Sequence[DeviceReport]) -> dict[str, Any]:
         """What report.json holds."""
         return {
             **account(self.fusion.ledger, self.fusion.waiting),
@@ -92,6 +92,6 @@ class Run:
                     "message": each.health.message,
                     "counts": dict(sorted(each.health.counts.items())),
                 }
-                for each in self.acquisition.report(self.clock.now_ns())
+                for each in devices
             },
         }

@@ -4,22 +4,25 @@ import csv
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
-from math import inf, isfinite, isnan, nan
+from math import inf, isfinite, isinf, isnan, nan
 from pathlib import Path
-from typing import Any
 
 from echogrid.drivers.readings import Outcome, RangeReading, classify
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.wheel_pair import WheelAngles
-from echogrid.runtime.errors import UsageError
+
+Table = tuple[str, tuple[str, ...]]
+"""A file's name, and its columns."""
 
 RANGES = "ranges.csv", ("stamp_s", "sensor", "range_m")
 WHEELS = "wheels.csv", ("stamp_s", "left_rad", "right_rad")
 POSES = "poses.csv", ("stamp_s", "x_m", "y_m", "yaw_rad")
 
-_FARTHEST_STAMP_S = 10**11
-"""Beyond that a stamp is nonsense."""
+_FARTHEST_STAMP_S = 4_000_000_000
+"""A century and more around 1970; beyond that a stamp is nonsense."""
+_LARGEST = 1e9
+"""m or rad; beyond that a pose or an angle is nonsense."""
 
 
 @dataclass(slots=True)
@@ -56,28 +59,42 @@ class Row:
 
 
 def missing(folder: Path) -> list[str]:
-    """What a log folder lacks, one line each."""
-    names = [RANGES[0]]
-    problems = [f"{folder / name}: no such file" for name in names if not (folder / name).is_file()]
-    if not any((folder / name).is_file() for name in (WHEELS[0], POSES[0])):
+    """The files, and columns of their headers, that a log folder lacks, one line each."""
+    problems = []
+    if not (folder / RANGES[0]).is_file():
+        problems.append(f"{folder / RANGES[0]}: no such file")
+    if not any((folder / name).is_file() for name, _ in (WHEELS, POSES)):
         problems.append(f"{folder}: neither {POSES[0]} nor {WHEELS[0]}: one of them says where the robot was")
+    for name, columns in (RANGES, way(folder)):
+        if (folder / name).is_file() and (absent := set(columns) - set(_header(folder / name))):
+            lacking = ", ".join(column for column in columns if column in absent)
+            problems.append(f"{folder / name}:1: the header lacks {lacking}: it must be {','.join(columns)}")
     return problems
 
 
-def rows(folder: Path, table: tuple[str, tuple[str, ...]], faults: RowFaults) -> Iterator[Row]:
-    """The rows of a table, those without enough columns skipped. Raises UsageError on a wrong header."""
+def way(folder: Path) -> Table:
+    """The table which says where the robot was: its poses if they are there, else its wheels."""
+    return POSES if (folder / POSES[0]).is_file() else WHEELS
+
+
+def rows(folder: Path, table: Table, faults: RowFaults) -> Iterator[Row]:
+    """The rows of a table whose header is as it must be; those without enough columns are skipped.
+
+    Each line is a row: a stray quote spoils no other.
+    """
     name, columns = table
     path = folder / name
-    with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
-        reader = csv.reader(file)
-        places = _columns(path, next(_cells(reader, path, faults), []), columns)
-        for cells in _cells(reader, path, faults):
-            place = f"{path}:{reader.line_num}"
-            if len(cells) <= max(places):
-                if cells:
-                    faults.add("unparsable", place)
+    header = _header(path)
+    places = [header.index(column) for column in columns]
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        for number, line in enumerate(file, 1):
+            cells = _cells(line)
+            if number == 1 or not line.strip():
                 continue
-            yield Row(place, tuple(cells[index].strip() for index in places))
+            if len(cells) > max(places):
+                yield Row(f"{path}:{number}", tuple(cells[index] for index in places))
+            else:
+                faults.add("unparsable", f"{path}:{number}")
 
 
 def range_reading(cells: tuple[str, ...], rangers: dict[str, Ranger]) -> RangeReading:
@@ -87,7 +104,7 @@ def range_reading(cells: tuple[str, ...], rangers: dict[str, Ranger]) -> RangeRe
     ranger = rangers.get(cells[1])
     if ranger is None:
         raise RowFaultError("unknown sensor")
-    outcome, distance = _outcome(value, ranger)
+    outcome, distance = classified(value, ranger.nearest, ranger.farthest)
     return RangeReading(stamp_ns, 0, cells[1], outcome, distance, cells[2].encode())
 
 
@@ -109,7 +126,7 @@ def stamp(text: str) -> int:
         raise RowFaultError("unparsable") from None
     if not value.is_finite():
         raise RowFaultError("non-finite stamp")
-    if abs(value) > _FARTHEST_STAMP_S:
+    if not -_FARTHEST_STAMP_S <= value <= _FARTHEST_STAMP_S:
         raise RowFaultError("stamp out of range")
     return int((value * 1_000_000_000).to_integral_value())
 
@@ -120,41 +137,42 @@ def range_text(reading: RangeReading) -> str:
     return repr(special.get(reading.outcome, reading.distance))
 
 
-def _outcome(value: float, ranger: Ranger) -> tuple[Outcome, float]:
+def classified(value: float, nearest: float, farthest: float) -> tuple[Outcome, float]:
+    """The outcome and distance of a range as REP-117 has it. Raises RowFaultError."""
     if isnan(value):
         return Outcome.INVALID, nan
     if -inf < value < 0.0:
         raise RowFaultError("negative range")
-    return classify(value, ranger.nearest, ranger.farthest)
+    return classify(value, nearest, farthest)
 
 
 def _finite(texts: tuple[str, ...]) -> list[float]:
     values = [_number(text) for text in texts]
     if not all(isfinite(value) for value in values):
         raise RowFaultError("non-finite value")
+    if not all(-_LARGEST <= value <= _LARGEST for value in values):
+        raise RowFaultError("value out of range")
     return values
 
 
 def _number(text: str) -> float:
     try:
-        return float(text)
+        value = float(text)
     except ValueError:
         raise RowFaultError("unparsable") from None
+    if isinf(value) and "inf" not in text.lower():  # 1e999 is not what a log writes for "no echo".
+        raise RowFaultError("unparsable")
+    return value
 
 
-def _cells(reader: Any, path: Path, faults: RowFaults) -> Iterator[list[str]]:
-    while True:
-        try:
-            yield next(reader)
-        except StopIteration:
-            return
-        except csv.Error:
-            faults.add("unparsable", f"{path}:{reader.line_num}")
+def _header(path: Path) -> list[str]:
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        return _cells(file.readline())
 
 
-def _columns(path: Path, header: list[str], wanted: tuple[str, ...]) -> list[int]:
-    names = [name.strip() for name in header]
-    absent = [name for name in wanted if name not in names]
-    if absent:
-        raise UsageError([f"{path}:1: the header lacks {', '.join(absent)}: it must be {','.join(wanted)}"])
-    return [names.index(name) for name in wanted]
+def _cells(line: str) -> list[str]:
+    """The cells of a line; none if it is not CSV."""
+    try:
+        return [cell.strip() for cell in next(csv.reader([line]), [])]
+    except csv.Error:
+        return []

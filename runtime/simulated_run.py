@@ -1,30 +1,36 @@
 """A whole run on the jumping clock: the configured robot, its emulated counterpart, and nothing real."""
 
 from echogrid.drivers.clock import JumpingClock
+from echogrid.emulation.motion import Tour
 from echogrid.emulation.robot import EmulatedRobot
+from echogrid.emulation.world import World
 from echogrid.runtime import assembly
 from echogrid.runtime.config import Config
 from echogrid.runtime.emulated import emulated_robot
 from echogrid.runtime.loop import SECOND_NS, FixedRateLoop
 from echogrid.runtime.pump import Pump
 from echogrid.runtime.reading_queue import ReadingQueue
-from echogrid.runtime.service import Run, Sink
+from echogrid.runtime.service import Run
 from echogrid.runtime.simulation import Simulation
 
 START_NS = SECOND_NS
 """The simulated clock's first time; stamps stay above 0."""
 
 
-def simulated_run(config: Config, seed: int, sinks: tuple[Sink, ...] = ()) -> tuple[Run, EmulatedRobot]:
-    """The run, ready to go, and the robot in it, so that faults can be put upon its devices.
+def simulated_run(
+    config: Config, seed: int, world: World | None = None, tour: Tour | None = None
+) -> tuple[Run, EmulatedRobot]:
+    """The run, ready to go, and the robot in it, so that faults can be put upon its devices. The robot drives
+    its tour through the office unless another world and tour are given.
 
-    Raises UsageError, RobotSpecError for what is wrong with the configuration.
+    Raises ConfigError, RobotSpecError for what is wrong with the configuration.
     """
     clock = JumpingClock(START_NS)
-    robot = emulated_robot(config, START_NS, seed)
+    lines, fusion = assembly.parts(config)
+    robot = emulated_robot(config, START_NS, seed, world, tour)
     ports = robot.ports(clock)
     queue = ReadingQueue()
-    pumps = [Pump(line, ports[line.name], clock, queue.put) for line in assembly.lines(config)]
+    pumps = [Pump(line, ports[line.name], clock, queue.put) for line in lines]
     simulation = Simulation(clock, pumps, queue)
     loop = FixedRateLoop(simulation, config.loop.rate_hz)
-    return Run(assembly.fusion(config), loop, simulation, simulation, sinks), robot
+    return Run(fusion, loop, simulation, simulation), robot

@@ -5,7 +5,7 @@ import re
 Place = tuple[str | int, ...]
 """("sensor", 1, "x_m"): the key of the second [[sensor]]."""
 
-_TABLE = re.compile(r"\s*(\[\[?)\s*([A-Za-z0-9_.-]+)\s*\]\]?")
+_TABLE = re.compile(r"\s*(\[\[?)\s*([A-Za-z0-9_.-]+)\s*\]\]?\s*(?:#|$)")
 _KEY = re.compile(r"\s*([A-Za-z0-9_-]+)\s*=")
 
 

@@ -63,8 +63,10 @@ class CanBus(Bus[CanFrame, CanFrame]):
         self._received.clear()
 
     def _next_ns(self) -> int:
-        nodes_ns = (min(node.next_event_ns(), node.next_send_ns()) for node in self._nodes)
-        return min((self._wire_free_ns, *nodes_ns))
+        due_ns = self._wire_free_ns
+        for node in self._nodes:
+            due_ns = min(due_ns, node.next_event_ns(), node.next_send_ns())
+        return due_ns
 
     def _step(self, now_ns: int) -> None:
         if self._on_wire and now_ns >= self._wire_free_ns:

@@ -23,12 +23,12 @@ class SerialLine(PoweringBus[bytes, bytes]):
     @property
     def present(self) -> bool:
         """Whether the host has the port."""
-        return super().present and self._device.connected
+        return self._plugged and self._device.connected
 
     @property
     def unplugs(self) -> int:
         """How often the host lost the port."""
-        return super().unplugs + self._device.unplugs
+        return self._unplugs + self._device.unplugs
 
     def has_received(self) -> bool:
         """Whether bytes wait to be taken."""

@@ -1,9 +1,12 @@
 """An emulated device on a CAN bus."""
 
 from abc import abstractmethod
+from operator import itemgetter
 
 from echogrid.drivers.bus import NEVER_NS, CanFrame
 from echogrid.emulation.devices.device import EmulatedDevice
+
+_DUE_NS = itemgetter(0)
 
 
 class CanNode(EmulatedDevice):
@@ -19,6 +22,8 @@ class CanNode(EmulatedDevice):
 
     def take(self, now_ns: int) -> list[CanFrame]:
         """The frames to be sent by now, each given once."""
+        if not self._outbox:
+            return []
         due = [frame for due_ns, frame in self._outbox if due_ns <= now_ns]
         if due:
             self._outbox = [(due_ns, frame) for due_ns, frame in self._outbox if due_ns > now_ns]
@@ -26,7 +31,7 @@ class CanNode(EmulatedDevice):
 
     def next_send_ns(self) -> int:
         """When the next frame is to be sent; NEVER_NS if none is."""
-        return min((due_ns for due_ns, _ in self._outbox), default=NEVER_NS)
+        return min(self._outbox, key=_DUE_NS)[0] if self._outbox else NEVER_NS
 
     def post(self, frame: CanFrame, due_ns: int) -> None:
         """Have a frame sent from that time on."""

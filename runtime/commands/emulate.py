@@ -4,13 +4,18 @@ import argparse
 import signal
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from echogrid.runtime.commands.arguments import add_directory, add_seed
+from echogrid.runtime.errors import UsageError
 
 if TYPE_CHECKING:
     from echogrid.runtime.commands.arguments import Commands
+
+_MARK = "# A copy, which goes when the emulated robot does.\n"
 
 
 def add(commands: "Commands") -> None:
@@ -37,11 +42,28 @@ def execute(arguments: argparse.Namespace) -> int:
     source = arguments.robot or DEFAULT_ROBOT
     config = robot_file.load(source)
     clock = MonotonicClock()
-    robot = emulated_robot(config, clock.now_ns(), arguments.seed)
-    with Server(robot, arguments.dir, clock) as server:
-        copy = arguments.dir / "robot.toml"
-        copy.write_text(source.read_text(encoding="utf-8"), encoding="utf-8")
-        print(f"the emulated robot is in {arguments.dir}; read it with: echogrid run {copy}", file=sys.stderr)
+    with robot_file.located(source):
+        robot = emulated_robot(config, clock.now_ns(), arguments.seed)
+    with Server(robot, arguments.dir, clock) as server, _described(source, arguments.dir) as robot_toml:
+        told = f"the emulated robot is in {arguments.dir}; read it with: echogrid run {robot_toml}"
+        print(told, file=sys.stderr, flush=True)
         server.run(stop)
-        copy.unlink(missing_ok=True)
     return 0
+
+
+@contextmanager
+def _described(source: Path, directory: Path) -> Iterator[Path]:
+    """A copy of the robot's description beside its ports, while the context lasts. A description of the
+    user's own is left alone; one which a dead emulator left is not."""
+    copy = directory / "robot.toml"
+    if copy.exists() and not copy.read_text(encoding="utf-8").startswith(_MARK):
+        if not copy.samefile(source):
+            raise UsageError([f"{copy}: is in the way (move it, or choose another --dir)"])
+        yield copy
+        return
+    text = source.read_text(encoding="utf-8").removeprefix(_MARK)
+    copy.write_text(_MARK + text, encoding="utf-8")
+    try:
+        yield copy
+    finally:
+        copy.unlink(missing_ok=True)

@@ -25,9 +25,6 @@ def execute(arguments: argparse.Namespace) -> int:
     """Print the tables; the exit code."""
     from echogrid.runtime import evaluation
 
-    for line in evaluation.office_table(arguments.seed, arguments.metres):
+    for line in evaluation.tables(arguments.seed, arguments.metres, arguments.robond):
         print(line, flush=True)
-    if arguments.robond:
-        for line in evaluation.robond_table(arguments.robond):
-            print(line, flush=True)
     return 0

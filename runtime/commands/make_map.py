@@ -47,15 +47,19 @@ def execute(arguments: argparse.Namespace) -> int:
 def _recording(arguments: argparse.Namespace) -> "Recording":
     from echogrid.mapping.sonar_model import NoEcho
     from echogrid.runtime import recording, robond
+    from echogrid.runtime.errors import UsageError
 
     told = (
         robond.read(arguments.log) if arguments.format == "robond" else recording.read_simple(arguments.log)
     )
     area = told.config.map
-    chosen = replace(
-        area,
-        theory=arguments.theory or area.theory,
-        no_echo=NoEcho(arguments.no_echo) if arguments.no_echo else area.no_echo,
-        resolution_m=arguments.resolution or area.resolution_m,
-    )
+    try:
+        chosen = replace(
+            area,
+            theory=arguments.theory or area.theory,
+            no_echo=NoEcho(arguments.no_echo) if arguments.no_echo else area.no_echo,
+            resolution_m=arguments.resolution or area.resolution_m,
+        )
+    except ValueError as error:
+        raise UsageError([f"echogrid map: {error}"]) from error
     return replace(told, config=replace(told.config, map=chosen))

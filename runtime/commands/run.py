@@ -50,19 +50,23 @@ def execute(arguments: argparse.Namespace) -> int:
     config = robot_file.load(source)
     console = Console(sys.stderr)
     with ExitStack() as stack:
-        run = (
-            _simulated(config, arguments) if arguments.simulate else _live(config, arguments, stack, console)
-        )
+        with robot_file.located(source):
+            begin = _simulated if arguments.simulate else _live
+            run = begin(config, arguments, stack, console)
+        arguments.out.mkdir(parents=True, exist_ok=True)
         log = _log(arguments, source, stack)
         run.sinks = (log,) if log else ()
         _stop_on_signals(run)
         run.go(arguments.duration or (_SIMULATED_S if arguments.simulate else None), console.show)
         devices = run.acquisition.report(run.clock.now_ns())
-    _write(run, arguments.out)
+    _write(run, devices, arguments.out)
     return _conclude(run, devices, log, arguments, console)
 
 
-def _simulated(config: "Config", arguments: argparse.Namespace) -> "Run":
+def _simulated(
+    config: "Config", arguments: argparse.Namespace, _stack: ExitStack, _console: "Console"
+) -> "Run":
+    """The run on the jumping clock."""
     from echogrid.runtime.simulated_run import simulated_run
 
     return simulated_run(config, arguments.seed)[0]
@@ -76,7 +80,9 @@ def _live(config: "Config", arguments: argparse.Namespace, stack: ExitStack, con
     folder: Path = arguments.robot.parent if arguments.robot else arguments.dir
     if arguments.robot is None:
         stack.enter_context(emulator(folder, arguments.seed))
-        console.say(f"the emulated robot is in {folder}; to let a device fail: echogrid fault list")
+        console.say(
+            f"the emulated robot is in {folder}; to let a device fail: echogrid fault list --dir {folder}"
+        )
     run, closed = stack.enter_context(live_run(config, folder))
     for trouble in closed:
         console.say(trouble)
@@ -101,11 +107,11 @@ def _stop_on_signals(run: "Run") -> None:
         signal.signal(number, stop)
 
 
-def _write(run: "Run", folder: Path) -> None:
+def _write(run: "Run", devices: "list[DeviceReport]", folder: Path) -> None:
     from echogrid.runtime import map_files
 
     map_files.write(folder, run.fusion.map_image(), run.path)
-    map_files.replace(folder / "report.json", (json.dumps(run.report(), indent=2) + "\n").encode())
+    map_files.replace(folder / "report.json", (json.dumps(run.report(devices), indent=2) + "\n").encode())
 
 
 def _conclude(
@@ -125,5 +131,5 @@ def _conclude(
     if silent:
         console.say(f"never read: {', '.join(silent)}")
     if log and log.lost:
-        console.say(f"{arguments.log}: {log.lost} rows could not be written {log.trouble}")
+        console.say(f"{arguments.log}: {log.lost} rows could not be written: {log.trouble}")
     return 1 if silent or (log and log.lost) else 0

@@ -1,0 +1,96 @@
+import threading
+from pathlib import Path
+
+import pytest
+
+from echogrid.drivers.readings import Outcome
+from echogrid.mapping.wheel_pair import WheelAngles
+from echogrid.runtime import log_writer, recording
+from echogrid.runtime.errors import UsageError
+from echogrid.runtime.log_writer import LogWriter
+
+from . import recordings
+from .fakes import echo, told
+
+PAIR = WheelAngles(3, 0.1, -2.0)
+
+
+def test_what_is_put_in_is_read_back_to_the_last_digit(tmp_path: Path) -> None:
+    ranges = (echo(1_000_000_001, 0.1 + 0.2, "front"), told(1_500_000_000, Outcome.NO_ECHO, "left"))
+    pairs = tuple(WheelAngles(k * 500_000_000, 0.1 * k, 1 / 3 * k) for k in range(5))
+    with LogWriter(tmp_path, recordings.ROBOT) as log:
+        log.put(ranges, pairs[:2])
+        log.put((), pairs[2:])
+    read = recording.read_simple(tmp_path)
+    assert [(r.stamp_ns, r.sensor, r.outcome) for _, r in read.ranges] == [
+        (r.stamp_ns, r.sensor, r.outcome) for r in ranges
+    ]
+    assert read.ranges[0][1].distance == 0.1 + 0.2
+    rows = (tmp_path / "wheels.csv").read_text().splitlines()[1:]
+    assert [tuple(map(float, row.split(","))) for row in rows] == [(p.stamp_ns / 1e9, p.left, p.right) for p in pairs]
+    assert (log.lost, log.trouble, read.faults.counts) == (0, "", {})
+
+
+def test_a_sensor_s_name_may_hold_what_csv_must_quote(tmp_path: Path) -> None:
+    robot = recordings.ROBOT.replace('name = "front"', "name = 'fr\"o,nt'")
+    with LogWriter(tmp_path, robot) as log:
+        log.put((echo(0, 1.0, 'fr"o,nt'),), (PAIR,))
+    read = recording.read_simple(tmp_path)
+    assert [reading.sensor for _, reading in read.ranges] == ['fr"o,nt']
+
+
+def test_rows_are_in_the_file_as_soon_as_the_writer_has_come_to_them(tmp_path: Path) -> None:
+    with LogWriter(tmp_path, "") as log:
+        log.put((echo(0),), ())
+        while not (tmp_path / "ranges.csv").read_text().endswith("0.000000000,front,1.0\n"):
+            assert log.lost == 0
+
+
+@pytest.mark.parametrize("name", ["ranges.csv", "wheels.csv"])
+def test_a_full_disk_is_told_and_every_missing_row_counted(tmp_path: Path, name: str) -> None:
+    with LogWriter(tmp_path, "") as log:
+        full = open("/dev/full", "wb", buffering=0)  # noqa: SIM115 - the writer closes it
+        file = log._ranges if name == "ranges.csv" else log._wheels
+        file.close()
+        if name == "ranges.csv":
+            log._ranges = full
+        else:
+            log._wheels = full
+        for _ in range(3):
+            log.put((echo(0), echo(1)), (PAIR,))
+    full.close()
+    assert log.trouble == "No space left on device"
+    assert log.lost == (9 if name == "ranges.csv" else 7)
+
+
+def test_a_disk_that_is_full_from_the_start_is_an_error_at_once(tmp_path: Path) -> None:
+    (tmp_path / "ranges.csv").symlink_to("/dev/full")
+    with pytest.raises(OSError, match="No space left"):
+        LogWriter(tmp_path, "")
+
+
+def test_when_the_writer_cannot_keep_up_the_loop_does_not_wait(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(log_writer, "_MOST_PORTIONS", 2)
+    log = LogWriter(tmp_path, "")
+    for _ in range(5):
+        log.put((echo(0),), (PAIR,))
+    with log:
+        pass
+    assert log.lost == 6
+    assert log.trouble == "the disk is too slow"
+
+
+def test_another_recording_s_poses_are_not_mixed_with_this_one(tmp_path: Path) -> None:
+    (tmp_path / "poses.csv").write_text("")
+    with pytest.raises(UsageError, match="part of another recording"):
+        LogWriter(tmp_path, "")
+    assert [path.name for path in tmp_path.iterdir()] == ["poses.csv"]
+
+
+def test_its_thread_ends_with_the_context(tmp_path: Path) -> None:
+    before = threading.active_count()
+    with LogWriter(tmp_path, ""):
+        assert threading.active_count() == before + 1
+    assert threading.active_count() == before
