@@ -25,7 +25,7 @@ evaluate: $(VENV)/run-ready
 
 # The pictures in the docs.
 figures: $(VENV)/run-ready
-	$(BIN)/echogrid run --simulate --duration 190s --out out/office
+	$(BIN)/echogrid run --simulate --duration 305s --out out/office
 	cp out/office/map.png docs/figures/office.png
 	$(if $(wildcard $(ROBOND)),$(BIN)/echogrid map $(ROBOND) --format robond --out out/robond)
 	$(if $(wildcard $(ROBOND)),cp out/robond/map.png docs/figures/robond.png)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from enum import Enum
-from math import nan
+from math import isnan, nan
 
 
 class Outcome(Enum):
@@ -54,6 +54,8 @@ Reading = RangeReading | WheelReading
 def classify(distance: float, nearest: float, farthest: float) -> tuple[Outcome, float]:
     """The outcome and distance (m, NaN unless ECHO) of a measured distance, given the sensor's blanking
     distance and reach: an echo lies in [nearest, farthest)."""
+    if isnan(distance):
+        return Outcome.INVALID, nan
     if distance < nearest:
         return Outcome.TOO_CLOSE, nan
     if distance >= farthest:
