@@ -157,15 +157,16 @@ class ODriveAxis:
         return Health(level, message, dict(self._counts))
 
     def _condition(self, now_ns: int) -> tuple[Level, str]:
-        if not self._alive(now_ns) or self._heartbeat is None:
+        heartbeat = self._heartbeat  # its bus's thread may lose the port at any time
+        if heartbeat is None or not self._alive(now_ns):
             return (
                 Level.STALE,
                 f"no heartbeat from node {self._node}: check its power, wires, node id and bit rate",
             )
-        if faults := self._heartbeat.faults():
+        if faults := heartbeat.faults():
             return Level.ERROR, f"{faults}: clear it at the controller (or is its firmware 0.6?)"
-        if self._heartbeat.state in UNSETTLED:
-            return Level.WARN, f"its position does not count yet: {AxisState(self._heartbeat.state).name}"
+        if heartbeat.state in UNSETTLED:
+            return Level.WARN, f"its position does not count yet: {AxisState(heartbeat.state).name}"
         if self._estimate_ns is None or now_ns - self._estimate_ns > HEARTBEAT_NS:
             return Level.STALE, "heartbeats, but no believable estimates: is encoder_rate_ms set?"
         return Level.OK, "turning counted"

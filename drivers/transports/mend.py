@@ -1,6 +1,6 @@
 """What to do about a port that will not open."""
 
-from errno import EACCES, EAGAIN, EBUSY, ECONNREFUSED, EIO, ENODEV, ENOENT, ENXIO, EPERM
+from errno import EACCES, EAFNOSUPPORT, EAGAIN, EBUSY, ECONNREFUSED, EIO, ENODEV, ENOENT, ENXIO, EPERM
 
 from echogrid.drivers.errors import PortError
 
@@ -21,6 +21,8 @@ def _cause(group: str, error: Exception, code: int | None) -> str:
         return f"no permission (sudo usermod -aG {group} $USER, then log in again)"
     if code in TAKEN:
         return "another program holds it (find it with: fuser -v PATH, and stop it)"
+    if code == EAFNOSUPPORT:
+        return "this kernel has no CAN (try: sudo modprobe can-raw)"
     if code == ECONNREFUSED:
         return "nobody answers there (is the emulator running?)"
     return str(error)

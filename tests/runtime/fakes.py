@@ -65,7 +65,9 @@ class Parrot:
 
     port_options: Mapping[str, object] = {}
 
-    def __init__(self, name: str = "parrot", deadline_ns: Callable[[int], int] = lambda now: NEVER_NS) -> None:
+    def __init__(
+        self, name: str = "parrot", deadline_ns: Callable[[int], int] = lambda now: NEVER_NS
+    ) -> None:
         self.name = name
         self.losses: list[int] = []
         self.bite: Exception | None = None
@@ -85,7 +87,7 @@ class Parrot:
         return Health(Level.OK, "talking", {"losses": len(self.losses)})
 
 
-class Mishap(Exception):
+class MishapError(Exception):
     """What a driver should not raise."""
 
 

@@ -48,10 +48,8 @@ def pose_rows(seconds: float = 10.0) -> list[str]:
 def range_rows(seconds: float = 10.0) -> list[str]:
     """Twenty pings a second, of every outcome."""
     special = {5: "inf", 11: "-inf", 17: "nan"}
-    return [
-        f"{0.05 * step:.9f},{('front', 'left')[step % 2]},{special.get(step % 23, f'{0.8 + 0.1 * (step % 7):.3f}')}"
-        for step in range(int(seconds * 20))
-    ]
+    told = [special.get(step % 23, f"{0.8 + 0.1 * (step % 7):.3f}") for step in range(int(seconds * 20))]
+    return [f"{0.05 * step:.9f},{('front', 'left')[step % 2]},{text}" for step, text in enumerate(told)]
 
 
 def write(

@@ -9,7 +9,7 @@ from echogrid.runtime.acquisition import DeviceReport, ThreadedAcquisition, devi
 from echogrid.runtime.pump import PortState, Pump
 from echogrid.runtime.reading_queue import ReadingQueue
 
-from .fakes import HandClock, Mishap, Parrot, ScriptedPort
+from .fakes import HandClock, MishapError, Parrot, ScriptedPort
 
 LONG_S = 10.0
 
@@ -64,7 +64,7 @@ def test_stopping_twice_is_harmless_and_what_came_before_can_still_be_drained() 
 
 def test_one_bus_s_mishap_leaves_the_others_and_itself_alive() -> None:
     queue = ReadingQueue()
-    ports = PatientPort([b"x", Mishap("ouch"), b"y"]), PatientPort([b"z"])
+    ports = PatientPort([b"x", MishapError("ouch"), b"y"]), PatientPort([b"z"])
     pumps = [pump_on(port, Parrot(name), queue) for port, name in zip(ports, "ab", strict=True)]
     with ThreadedAcquisition(pumps, queue) as acquisition:
         assert all(port.done.wait(LONG_S) for port in ports)
@@ -81,7 +81,7 @@ def test_overflow_is_handed_out() -> None:
         assert [reading.raw for reading in acquisition.drain_overflow()] == [b"x", b"y"]
 
 
-@pytest.mark.parametrize("trouble", [PortError("/dev/fake: gone (plug it in)"), Mishap("ouch")])
+@pytest.mark.parametrize("trouble", [PortError("/dev/fake: gone (plug it in)"), MishapError("ouch")])
 def test_a_closed_port_is_its_devices_first_trouble(trouble: Exception) -> None:
     pump = Pump(Line("line", [Parrot()]), ScriptedPort([trouble]), HandClock(), lambda _: None)
     assert reported(pump).health.level is Level.OK
@@ -97,8 +97,8 @@ def test_a_device_that_cannot_say_how_it_is_is_in_error() -> None:
     pump = Pump(Line("line", [Parrot()]), ScriptedPort(), HandClock(), lambda _: None)
     pump.line.devices[0].health = _bite  # type: ignore[method-assign]
     assert reported(pump).health.level is Level.ERROR
-    assert "Mishap" in reported(pump).health.message
+    assert "bitten" in reported(pump).health.message
 
 
 def _bite(now_ns: int) -> None:
-    raise Mishap("bitten")
+    raise MishapError("bitten")

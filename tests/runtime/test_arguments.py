@@ -9,13 +9,16 @@ from echogrid.runtime.commands.arguments import duration, length
 
 
 @pytest.mark.parametrize(
-    ("text", "seconds"), [("60s", 60.0), ("1.5min", 90.0), ("2h", 7200.0), ("500ms", 0.5), ("7", 7.0), (" 1 s ", 1.0)]
+    ("text", "seconds"),
+    [("60s", 60.0), ("1.5min", 90.0), ("2h", 7200.0), ("500ms", 0.5), ("7", 7.0), (" 1 s ", 1.0)],
 )
 def test_a_duration_has_a_unit_or_is_in_seconds(text: str, seconds: float) -> None:
     assert duration(text) == pytest.approx(seconds)
 
 
-@pytest.mark.parametrize("text", ["", "0", "0s", "-1s", "1d", "s", "1.2.3s", "inf", "nan", "1e3s", "9" * 400 + "s"])
+@pytest.mark.parametrize(
+    "text", ["", "0", "0s", "-1s", "1d", "s", "1.2.3s", "inf", "nan", "1e3s", "9" * 400 + "s"]
+)
 def test_what_is_no_duration_is_refused_by_name(text: str) -> None:
     with pytest.raises(argparse.ArgumentTypeError, match="is no duration"):
         duration(text)

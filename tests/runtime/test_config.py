@@ -49,7 +49,14 @@ def test_an_impossible_value_is_refused_by_its_key(kind: str, changes: dict[str,
 
 @pytest.mark.parametrize(
     "changes",
-    [{"half_angle_deg": 90.0}, {"min_m": 4.0}, {"min_m": -0.1}, {"max_m": 101.0}, {"x_m": 1e3}, {"name": "a\nb"}],
+    [
+        {"half_angle_deg": 90.0},
+        {"min_m": 4.0},
+        {"min_m": -0.1},
+        {"max_m": 101.0},
+        {"x_m": 1e3},
+        {"name": "a\nb"},
+    ],
 )
 def test_an_impossible_sensor_is_refused_by_its_key(changes: dict[str, object]) -> None:
     values = {field.name: getattr(SENSOR, field.name) for field in fields(SENSOR)}

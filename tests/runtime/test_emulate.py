@@ -26,7 +26,9 @@ def seen(monkeypatch: pytest.MonkeyPatch, short_dir: Path) -> Seen:
     return lambda: texts
 
 
-def test_a_description_to_run_with_stands_beside_the_ports_while_it_serves(short_dir: Path, seen: Seen) -> None:
+def test_a_description_to_run_with_stands_beside_the_ports_while_it_serves(
+    short_dir: Path, seen: Seen
+) -> None:
     assert main(["emulate", "--dir", str(short_dir)]) == 0
     first, rest = seen()["robot.toml"].split("\n", 1)
     assert first.startswith("# A copy")

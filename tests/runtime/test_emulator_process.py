@@ -32,7 +32,10 @@ def test_another_emulator_in_the_folder_is_not_taken_for_its_own(short_dir: Path
 
 def test_a_folder_that_is_a_file_is_told(short_dir: Path) -> None:
     short_dir.write_text("")
-    with pytest.raises(EmulatorError, match=f"{short_dir}: cannot be used: Not a directory"), emulator(short_dir, 1):
+    with (
+        pytest.raises(EmulatorError, match=f"{short_dir}: cannot be used: Not a directory"),
+        emulator(short_dir, 1),
+    ):
         pass
 
 

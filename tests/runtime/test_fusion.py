@@ -4,7 +4,7 @@ from math import hypot
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from echogrid.drivers.readings import Outcome, RangeReading, Reading, WheelReading
@@ -67,7 +67,6 @@ def ticked(state: Fusion, portions: Sequence[Sequence[Reading]]) -> list[Snapsho
     return [state.tick(SECOND + (n + 1) * 20 * MS, portion) for n, portion in enumerate(portions)]
 
 
-@settings(deadline=None)
 @given(TICKS)
 def test_the_same_readings_at_the_same_ticks_give_the_same_bits(portions: list[list[Reading]]) -> None:
     one, twin = fusion(), fusion()
@@ -77,7 +76,6 @@ def test_the_same_readings_at_the_same_ticks_give_the_same_bits(portions: list[l
     assert bits(one.map_image()) == bits(twin.map_image())
 
 
-@settings(deadline=None)
 @given(TICKS)
 def test_the_books_balance_at_every_tick(portions: list[list[Reading]]) -> None:
     state = fusion()
@@ -92,7 +90,6 @@ def test_the_books_balance_at_every_tick(portions: list[list[Reading]]) -> None:
     assert state.ledger.balances(0)
 
 
-@settings(deadline=None)
 @given(TICKS)
 def test_the_log_of_its_ticks_gives_the_same_map_offline(portions: list[list[Reading]]) -> None:
     ordered = iter(in_wheel_order([*drive(), *(reading for portion in portions for reading in portion)]))

@@ -60,7 +60,9 @@ class Watcher:
         """Twice each, from now on."""
         with self._changed:
             before = self.read.copy()
-            assert self._changed.wait_for(lambda: all(self.read[n] > c + 1 for n, c in before.items()), LONG_S)
+            assert self._changed.wait_for(
+                lambda: all(self.read[n] > c + 1 for n, c in before.items()), LONG_S
+            )
 
 
 def ok(reports: Reports) -> bool:
@@ -106,7 +108,9 @@ def test_every_device_and_bus_is_unplugged_and_comes_back_while_the_loop_goes_on
         stack.enter_context(emulator(short_dir, 1))
         request(short_dir / CONTROL, {"fault": "rear_left_line", "verb": "unplug"})
         run, closed = stack.enter_context(live_run(config, short_dir))
-        assert [trouble.split(": ")[:2] for trouble in closed] == [["rear_left", f"{short_dir}/rear_left_line"]]
+        assert [trouble.split(": ")[:2] for trouble in closed] == [
+            ["rear_left", f"{short_dir}/rear_left_line"]
+        ]
         watcher = Watcher(run)
         log = stack.enter_context(LogWriter(tmp_path, DEFAULT_ROBOT.read_text()))
         run.sinks = (watcher, log)
@@ -185,4 +189,6 @@ def test_when_no_port_opens_every_device_port_and_mend_is_told(tmp_path: Path) -
     lines = str(caught.value).splitlines()
     assert lines[-1] == "no port could be opened"
     assert len(lines) == 7
-    assert lines[1].startswith(f"left, right: {tmp_path}/wheel_bus: cannot open this CAN port: it is not there (is it")
+    assert lines[1].startswith(
+        f"left, right: {tmp_path}/wheel_bus: cannot open this CAN port: it is not there (is it"
+    )

@@ -1,4 +1,7 @@
+import resource
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -27,7 +30,9 @@ def test_what_is_put_in_is_read_back_to_the_last_digit(tmp_path: Path) -> None:
     ]
     assert read.ranges[0][1].distance == 0.1 + 0.2
     rows = (tmp_path / "wheels.csv").read_text().splitlines()[1:]
-    assert [tuple(map(float, row.split(","))) for row in rows] == [(p.stamp_ns / 1e9, p.left, p.right) for p in pairs]
+    assert [tuple(map(float, row.split(","))) for row in rows] == [
+        (p.stamp_ns / 1e9, p.left, p.right) for p in pairs
+    ]
     assert (log.lost, log.trouble, read.faults.counts) == (0, "", {})
 
 
@@ -46,21 +51,26 @@ def test_rows_are_in_the_file_as_soon_as_the_writer_has_come_to_them(tmp_path: P
             assert log.lost == 0
 
 
-@pytest.mark.parametrize("name", ["ranges.csv", "wheels.csv"])
-def test_a_full_disk_is_told_and_every_missing_row_counted(tmp_path: Path, name: str) -> None:
-    with LogWriter(tmp_path, "") as log:
-        full = open("/dev/full", "wb", buffering=0)  # noqa: SIM115 - the writer closes it
-        file = log._ranges if name == "ranges.csv" else log._wheels
-        file.close()
-        if name == "ranges.csv":
-            log._ranges = full
-        else:
-            log._wheels = full
-        for _ in range(3):
-            log.put((echo(0), echo(1)), (PAIR,))
-    full.close()
-    assert log.trouble == "No space left on device"
-    assert log.lost == (9 if name == "ranges.csv" else 7)
+@contextmanager
+def largest_file(size: int) -> Iterator[None]:
+    """Of the whole process, as on a disk that is full."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize(("ranges", "pairs", "lost"), [(1, 0, 3), (0, 1, 3), (2, 1, 12)])
+def test_a_disk_that_gets_full_is_told_and_every_missing_row_counted(
+    tmp_path: Path, ranges: int, pairs: int, lost: int
+) -> None:
+    with largest_file(60), LogWriter(tmp_path, "") as log:
+        for _ in range(4):
+            log.put((echo(0),) * ranges, (PAIR,) * pairs)
+    assert log.trouble == "File too large"
+    assert log.lost == lost
 
 
 def test_a_disk_that_is_full_from_the_start_is_an_error_at_once(tmp_path: Path) -> None:

@@ -18,7 +18,9 @@ MIXED = image([[0.01, 0.99, NAN], [0.195, 0.1961, 0.5], [0.65, 0.6501, NAN], [0.
 PATH = [(1_500_000_001, Pose(0.25, -0.5, 0.0)), (2_000_000_000, Pose(1.0, 2.0, np.pi))]
 GRIDS = st.integers(1, 6).flatmap(
     lambda cols: st.lists(
-        st.lists(st.floats(0, 1, width=32) | st.just(NAN), min_size=cols, max_size=cols), min_size=1, max_size=6
+        st.lists(st.floats(0, 1, width=32) | st.just(NAN), min_size=cols, max_size=cols),
+        min_size=1,
+        max_size=6,
     )
 )
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
@@ -40,7 +42,7 @@ def map_server(folder: Path) -> tuple[NDArray[np.int8], float, list[float]]:
     return cells[::-1], float(told["resolution"]), origin
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(GRIDS)
 def test_map_server_reads_the_trinary_map_back(tmp_path: Path, occupancy: list[list[float]]) -> None:
     made = image(occupancy)
@@ -122,7 +124,8 @@ def test_a_new_file_takes_the_place_of_the_old_one(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("stamp_ns", "text"), [(0, "0.000000000"), (-1, "-0.000000001"), (1_700_000_000_123_456_789, "1700000000.123456789")]
+    ("stamp_ns", "text"),
+    [(0, "0.000000000"), (-1, "-0.000000001"), (1_700_000_000_123_456_789, "1700000000.123456789")],
 )
 def test_a_stamp_is_written_with_all_its_digits(stamp_ns: int, text: str) -> None:
     assert map_files.seconds(stamp_ns) == text

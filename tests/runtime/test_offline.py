@@ -33,9 +33,11 @@ def shuffled(rows: list[str], within_s: float, random: Random) -> list[str]:
     return sorted(rows, key=keys.__getitem__)
 
 
-@settings(deadline=None, max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.randoms(use_true_random=False), st.sampled_from([1.0, 1e6]))
-def test_the_order_of_the_rows_does_not_change_the_map(tmp_path: Path, random: Random, within_s: float) -> None:
+def test_the_order_of_the_rows_does_not_change_the_map(
+    tmp_path: Path, random: Random, within_s: float
+) -> None:
     rows = recordings.range_rows()
     straight, _ = built(recordings.write(tmp_path / "straight", ranges=rows))
     other, _ = built(recordings.write(tmp_path / "other", ranges=shuffled(rows, within_s, random)))
@@ -47,7 +49,9 @@ def test_the_order_of_the_rows_does_not_change_the_map(tmp_path: Path, random: R
 def test_one_row_with_a_wrong_stamp_does_not_spoil_the_rest(tmp_path: Path, stamp: str) -> None:
     rows = recordings.range_rows()
     right, _ = built(recordings.write(tmp_path / "right", ranges=rows))
-    wrong, _ = built(recordings.write(tmp_path / "wrong", ranges=[*rows[:50], f"{stamp},front,nan", *rows[50:]]))
+    wrong, _ = built(
+        recordings.write(tmp_path / "wrong", ranges=[*rows[:50], f"{stamp},front,nan", *rows[50:]])
+    )
     assert same(right, wrong)
     assert wrong.ledger.produced == right.ledger.produced + 1
 
@@ -55,7 +59,9 @@ def test_one_row_with_a_wrong_stamp_does_not_spoil_the_rest(tmp_path: Path, stam
 def test_one_pose_with_a_wrong_stamp_does_not_spoil_the_rest(tmp_path: Path) -> None:
     rows = recordings.pose_rows()
     right, _ = built(recordings.write(tmp_path / "right"))
-    wrong, told = built(recordings.write(tmp_path / "wrong", poses=[*rows[:50], "3999999999,0,0,0", *rows[50:]]))
+    wrong, told = built(
+        recordings.write(tmp_path / "wrong", poses=[*rows[:50], "3999999999,0,0,0", *rows[50:]])
+    )
     assert same(right, wrong)
     assert told.faults.counts == {"pose not monotonic": 1}
 
@@ -99,7 +105,9 @@ def test_with_a_size_the_grid_is_around_the_first_pose(tmp_path: Path) -> None:
 @pytest.mark.parametrize("x", ["1e6", "1e9", "-1e9"])
 def test_a_monstrous_extent_is_refused_in_words(tmp_path: Path, x: str) -> None:
     folder = recordings.write(tmp_path, poses=["0,0,0,0", f"1,{x},{x},0"])
-    with pytest.raises(UsageError, match=r"a map of .* has .* cells, more than 4e\+07: give \[map\] `width_m`"):
+    with pytest.raises(
+        UsageError, match=r"a map of .* has .* cells, more than 4e\+07: give \[map\] `width_m`"
+    ):
         built(folder)
 
 

@@ -7,7 +7,7 @@ from echogrid.drivers.errors import PortError
 from echogrid.drivers.readings import Reading
 from echogrid.runtime.pump import PortState, Pump
 
-from .fakes import MS, SECOND, HandClock, Mishap, Parrot, ScriptedPort
+from .fakes import MS, SECOND, HandClock, MishapError, Parrot, ScriptedPort
 
 LOST = PortError("/dev/fake: lost (plug it in)")
 
@@ -77,7 +77,7 @@ def test_a_lost_port_is_closed_told_to_every_device_and_found_again() -> None:
     assert (bench.pump.losses, bench.pump.trouble, bench.port.opened) == (1, "", 2)
 
 
-@pytest.mark.parametrize("error", [Mishap("ouch"), KeyError("x"), ZeroDivisionError()])
+@pytest.mark.parametrize("error", [MishapError("ouch"), KeyError("x"), ZeroDivisionError()])
 def test_a_driver_s_mishap_costs_its_port_a_moment_and_is_told(error: Exception) -> None:
     bench = Bench([b"one", b"two", b"three"])
     bench.pump.turn()
@@ -96,7 +96,7 @@ def test_a_driver_that_fails_even_at_a_loss_is_contained() -> None:
     bench.pump.turn()
     bench.pump.turn()
     assert bench.pump.state is PortState.CLOSED
-    assert "Mishap" in bench.pump.trouble
+    assert "bitten" in bench.pump.trouble
     assert bench.turns_until(PortState.OPEN) == 100 * MS
 
 
@@ -106,8 +106,8 @@ def test_a_port_that_fails_to_close_is_contained() -> None:
     bench.pump.turn()
     bench.pump.turn()
     assert bench.pump.state is PortState.CLOSED
-    assert "Mishap" in bench.pump.trouble
+    assert "bitten" in bench.pump.trouble
 
 
 def _bite(now_ns: int) -> None:
-    raise Mishap("bitten")
+    raise MishapError("bitten")

@@ -53,7 +53,9 @@ def test_what_stays_rises_and_no_more_is_skipped_than_must_be(stamps: list[int])
         ([], []),
     ],
 )
-def test_the_row_that_is_out_of_order_is_the_one_that_is_skipped(stamps: list[int], indices: list[int]) -> None:
+def test_the_row_that_is_out_of_order_is_the_one_that_is_skipped(
+    stamps: list[int], indices: list[int]
+) -> None:
     assert kept(stamps)[0] == indices
 
 
@@ -98,7 +100,12 @@ def test_all_that_keeps_a_recording_from_being_read_is_told_at_once(tmp_path: Pa
     with pytest.raises(UsageError) as caught:
         recording.read_simple(tmp_path)
     told = "\n".join(caught.value.problems)
-    for part in ("missing key `max_m`", "unknown key `maxm`", "ranges.csv: no such file", "lacks stamp_s, yaw_rad"):
+    for part in (
+        "missing key `max_m`",
+        "unknown key `maxm`",
+        "ranges.csv: no such file",
+        "lacks stamp_s, yaw_rad",
+    ):
         assert part in told
 
 

@@ -21,11 +21,21 @@ ROW = "2320 2360 5000 4999 0 5110 2160 1190"
 def test_units_are_turned_into_si_and_each_row_is_eight_readings(tmp_path: Path) -> None:
     told = robond.read(write(tmp_path, f"100 {ROW}\n", POSES))
     stamp_ns, pose = told.poses[1]
-    assert (stamp_ns, pose.x, pose.y, pose.yaw) == (100_000_000, pytest.approx(0.1), 0.0, pytest.approx(pi / 2))
+    assert (stamp_ns, pose.x, pose.y, pose.yaw) == (
+        100_000_000,
+        pytest.approx(0.1),
+        0.0,
+        pytest.approx(pi / 2),
+    )
     readings = [reading for _, reading in told.ranges]
     assert [reading.sensor for reading in readings] == [f"sonar{index}" for index in range(8)]
     assert readings[0].distance == pytest.approx(2.32)
-    assert [r.outcome for r in readings[2:6]] == [Outcome.NO_ECHO, Outcome.ECHO, Outcome.ECHO, Outcome.NO_ECHO]
+    assert [r.outcome for r in readings[2:6]] == [
+        Outcome.NO_ECHO,
+        Outcome.ECHO,
+        Outcome.ECHO,
+        Outcome.NO_ECHO,
+    ]
 
 
 def test_the_sonars_look_where_the_recording_s_robot_has_them() -> None:

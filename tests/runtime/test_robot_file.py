@@ -15,7 +15,9 @@ BUILT_IN = DEFAULT_ROBOT.read_text()
 TEXTS = st.lists(
     st.sampled_from(BUILT_IN.splitlines())
     | st.from_regex(r"\[\[?(robot|sensor|wheel|bus|map|firing)\]?\]", fullmatch=True)
-    | st.from_regex(r"(name|driver|bus|x_m|rate_hz|groups) = (\[*1\]*|nan|true|\"a\"|1e999|\{\}|-1)", fullmatch=True),
+    | st.from_regex(
+        r"(name|driver|bus|x_m|rate_hz|groups) = (\[*1\]*|nan|true|\"a\"|1e999|\{\}|-1)", fullmatch=True
+    ),
     max_size=40,
 ).map("\n".join)
 
@@ -61,7 +63,8 @@ def test_all_mistakes_are_told_at_once_each_with_its_line(path: Path) -> None:
         f":{line(text, 'track_m')}: robot.track_m: expected a number, not True",
         f":{line(text, '[loop]')}: loop: `rate_hz` must lie in 1...1000",
         f":{line(text, 'gap_mss')}: firing: unknown key `gap_mss` (did you mean `gap_ms`?)",
-        f":{line(text, 'cam')}: bus[1].kind: expected one of serial, i2c, can, not 'cam' (did you mean `can`?)",
+        f":{line(text, 'cam')}: bus[1].kind: expected one of serial, i2c, can, not 'cam' "
+        "(did you mean `can`?)",
     ]
 
 
@@ -71,9 +74,17 @@ def test_all_mistakes_are_told_at_once_each_with_its_line(path: Path) -> None:
         ("yaw_deg = 45.0\n", "", "sensor[1]: missing key `yaw_deg`"),
         ("yaw_deg = 45.0", "yaw_deg = nan", "sensor[1].yaw_deg: expected a number, not nan"),
         ('name = "ring_45"', 'name = "ring_0"', "sensor[1]: `name` is taken: 'ring_0' stands there already"),
-        ('name = "ring_45"', 'name = "left"', "sensor[1]: `name` is taken: there is a [[wheel]] named 'left'"),
+        (
+            'name = "ring_45"',
+            'name = "left"',
+            "sensor[1]: `name` is taken: there is a [[wheel]] named 'left'",
+        ),
         ('name = "ring_45"', 'name = " a"', "sensor[1]: `name` must be printable, without blanks around it"),
-        ('bus = "ring_bus"\naddress = 0x71', 'bus = "ringbus"', "there is no [[bus]] named 'ringbus' (did you mean"),
+        (
+            'bus = "ring_bus"\naddress = 0x71',
+            'bus = "ringbus"',
+            "there is no [[bus]] named 'ringbus' (did you mean",
+        ),
         ('"ring_45", "ring_225"', '"ring_46", "ring_225"', "firing.groups: there is no [[sensor]] named"),
         ('"ring_45", "ring_225"', '"ring_0", "ring_45"', "firing.groups: 'ring_0' stands in two groups"),
         ('name = "right"', 'name = "middle"', "wheel[1].name: expected one of left, right, not 'middle'"),
@@ -81,13 +92,17 @@ def test_all_mistakes_are_told_at_once_each_with_its_line(path: Path) -> None:
         ("height_m = 40.0\n", "", "map: `width_m` and `height_m` go together"),
     ],
 )
-def test_a_mistake_is_told_with_line_key_reason_and_hint(path: Path, old: str, new: str, problem: str) -> None:
+def test_a_mistake_is_told_with_line_key_reason_and_hint(
+    path: Path, old: str, new: str, problem: str
+) -> None:
     assert old in BUILT_IN
     assert any(problem in each for each in wrong(path, BUILT_IN.replace(old, new, 1)))
 
 
 def test_everything_that_keeps_a_robot_from_running_is_told_at_once_with_its_line(path: Path) -> None:
-    text = BUILT_IN.replace("address = 0x71", "adress = 0x71\nfoo = 1").replace("address = 0x72", "address = 32")
+    text = BUILT_IN.replace("address = 0x71", "adress = 0x71\nzigzag = 1").replace(
+        "address = 0x72", "address = 32"
+    )
     text = text.replace('"a02yyuw"\nbus = "rear_left_line"', '"a02yyv"\nbus = "rear_left_line"')
     text = text.replace('bus = "front_left_line"\nlag', 'bus = "ring_bus"\nlag')
     text = text.replace("width_m = 40.0\nheight_m = 40.0\n", "").replace("track_m = 0.32\n", "")
@@ -95,7 +110,7 @@ def test_everything_that_keeps_a_robot_from_running_is_told_at_once_with_its_lin
         f":{line(text, '[robot]')}: robot: `wheel_radius_m` and `track_m` are needed for wheel odometry",
         f":{line(text, '[map]')}: map: a run needs `width_m` and `height_m`",
         f":{line(text, 'adress')}: sensor[1]: unknown key `adress` (did you mean `address`?)",
-        f":{line(text, 'foo')}: sensor[1]: unknown key `foo`",
+        f":{line(text, 'zigzag')}: sensor[1]: unknown key `zigzag`",
         f":{line(text, 'address = 32') - 4}: sensor[2]: address is 32: expected 112 to 127",
         f":{line(text, 'a02yyuw') + 1}: sensor[8].bus: a02yyuw speaks serial, but bus 'ring_bus' is i2c",
         f":{line(text, 'a02yyv')}: sensor[10].driver: unknown driver 'a02yyv' (did you mean 'a02yyuw'?)",
@@ -130,7 +145,7 @@ def test_a_folder_is_no_file(tmp_path: Path) -> None:
         robot_file.load(tmp_path)
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(TEXTS)
 def test_any_text_gives_a_configuration_or_a_usage_error(path: Path, text: str) -> None:
     path.write_text(text)

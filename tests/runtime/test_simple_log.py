@@ -27,10 +27,14 @@ def test_a_stamp_keeps_all_its_nanoseconds(stamp_ns: int) -> None:
 
 @given(st.decimals(allow_nan=False, allow_infinity=False, min_value=-4e9, max_value=4e9))
 def test_a_stamp_is_within_half_a_nanosecond_of_what_is_written(value: Decimal) -> None:
-    assert abs(simple_log.stamp(str(value)) - value * 1_000_000_000) <= Decimal("0.5") + abs(value) * Decimal("1e-18")
+    assert abs(simple_log.stamp(str(value)) - value * 1_000_000_000) <= Decimal("0.5") + abs(value) * Decimal(
+        "1e-18"
+    )
 
 
-@pytest.mark.parametrize(("text", "stamp_ns"), [("1e-3", 1_000_000), (".5", 500_000_000), ("1e-999999999", 0)])
+@pytest.mark.parametrize(
+    ("text", "stamp_ns"), [("1e-3", 1_000_000), (".5", 500_000_000), ("1e-999999999", 0)]
+)
 def test_a_stamp_may_have_an_exponent(text: str, stamp_ns: int) -> None:
     assert simple_log.stamp(text) == stamp_ns
 
@@ -131,10 +135,18 @@ def test_poses_and_wheel_angles_are_read() -> None:
 
 @pytest.mark.parametrize(
     ("cell", "fault"),
-    [("x", "unparsable"), ("nan", "non-finite value"), ("inf", "non-finite value"), ("1e308", "value out of range")],
+    [
+        ("x", "unparsable"),
+        ("nan", "non-finite value"),
+        ("inf", "non-finite value"),
+        ("1e308", "value out of range"),
+    ],
 )
 def test_a_pose_or_angle_that_is_none_is_a_fault(cell: str, fault: str) -> None:
-    for read, cells in ((simple_log.pose, ("1", "0", "0", cell)), (simple_log.wheel_angles, ("1", "0", cell))):
+    for read, cells in (
+        (simple_log.pose, ("1", "0", "0", cell)),
+        (simple_log.wheel_angles, ("1", "0", cell)),
+    ):
         with pytest.raises(RowFaultError, match=f"^{fault}$"):
             read(cells)  # type: ignore[operator]
 

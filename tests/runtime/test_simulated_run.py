@@ -121,7 +121,9 @@ def test_the_map_of_its_log_is_the_same_bit_for_bit(simulated: Path, tmp_path: P
     assert main(["map", str(simulated / "log"), "--out", str(tmp_path)]) == 0
     assert (tmp_path / "map.npz").read_bytes() == (simulated / "out/map.npz").read_bytes()
     assert (tmp_path / "map.pgm").read_bytes() == (simulated / "out/map.pgm").read_bytes()
-    run, offline = (json.loads((folder / "report.json").read_text()) for folder in (simulated / "out", tmp_path))
+    run, offline = (
+        json.loads((folder / "report.json").read_text()) for folder in (simulated / "out", tmp_path)
+    )
     for key in ("readings", "outcomes", "fused", "dropped", "balances"):
         assert run[key] == offline[key]
     assert run["balances"] is True

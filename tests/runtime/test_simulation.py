@@ -57,7 +57,9 @@ class Bench:
     def heard(self) -> list[tuple[int, str]]:
         readings = self.simulation.drain()
         assert all(isinstance(reading, RangeReading) for reading in readings)
-        return [(reading.stamp_ns, reading.sensor) for reading in readings if isinstance(reading, RangeReading)]
+        return [
+            (reading.stamp_ns, reading.sensor) for reading in readings if isinstance(reading, RangeReading)
+        ]
 
 
 @given(st.lists(st.lists(st.integers(1, 30), unique=True), min_size=1, max_size=4))

@@ -46,7 +46,12 @@ def problems(**changes: object) -> list[tuple[object, str]]:
 
 
 def test_a_good_table_becomes_its_dataclass() -> None:
-    table = {"part": {"size": 2}, "parts": [{"size": 0.5, "count": 3}], "groups": [["a"], []], "no_echo": "clear"}
+    table = {
+        "part": {"size": 2},
+        "parts": [{"size": 0.5, "count": 3}],
+        "groups": [["a"], []],
+        "no_echo": "clear",
+    }
     value, found = structured(table, Whole)
     assert value == Whole(Part(2.0), (Part(0.5, 3),), (("a",), ()), no_echo=NoEcho.CLEAR)
     assert found == []
