@@ -21,9 +21,13 @@ class Console:
 
     def show(self, status: Status) -> None:
         """The status, after the changes since the last one."""
+        self.show_changes(status)
+        self._write(status.line() + ("" if self._in_place else "\n"))
+
+    def show_changes(self, status: Status) -> None:
+        """Only what has changed in the devices' health."""
         for each in status.devices:
             self._tell_change(each)
-        self._write(status.line() + ("" if self._in_place else "\n"))
 
     def say(self, line: str) -> None:
         """A line of its own."""

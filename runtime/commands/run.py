@@ -57,10 +57,29 @@ def execute(arguments: argparse.Namespace) -> int:
         log = _log(arguments, source, stack)
         run.sinks = (log,) if log else ()
         _stop_on_signals(run)
-        run.go(arguments.duration or (_SIMULATED_S if arguments.simulate else None), console.show)
+        _go(run, arguments.duration or (_SIMULATED_S if arguments.simulate else None), console)
         devices = run.acquisition.report(run.clock.now_ns())
     _write(run, devices, arguments.out)
     return _conclude(run, devices, log, arguments, console)
+
+
+def _go(run: "Run", duration_s: float | None, console: "Console") -> None:
+    """Let it run, and tell how it goes: the terminal or, where there is one, the service manager."""
+    from echogrid.runtime.notify import ServiceManager
+    from echogrid.runtime.status import Status
+
+    manager = ServiceManager.of()
+
+    def show(status: Status) -> None:
+        manager.alive(status.line())
+        if manager.listens:
+            console.show_changes(status)
+        else:
+            console.show(status)
+
+    manager.ready()
+    run.go(duration_s, show)
+    manager.stopping()
 
 
 def _simulated(
