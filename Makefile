@@ -3,9 +3,9 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 ARGS ?=
-CODE := src/echogrid/*/ src tests examples
+CODE := src/echogrid/*/ src tests hil_tests examples
 
-.PHONY: run test check evaluate figures lock clean
+.PHONY: run test check hil evaluate figures lock clean
 
 run: $(VENV)/run-ready
 	$(BIN)/echogrid run $(ARGS)
@@ -17,6 +17,13 @@ check: $(VENV)/test-ready
 	$(BIN)/ruff check $(CODE)
 	$(BIN)/ruff format --check $(CODE)
 	$(BIN)/mypy
+
+# The same robot on a real kernel, in a guest: see docs/bench.md. What it needs it installs.
+hil: $(VENV)/test-ready
+	$(BIN)/python -m compileall -q $(CODE)
+	$(BIN)/pytest -q hil_tests/test_guest.py hil_tests/test_ports.py
+	$(BIN)/python -m hil_tests.guest --timeout 900 --out out/hil -- env PYTEST_DISABLE_PLUGIN_AUTOLOAD=1 \
+		$(BIN)/python -m pytest -p no:cacheprovider --guest hil_tests --ignore=hil_tests/test_guest.py $(ARGS)
 
 # How good the maps are; the tables in docs/maps.md are its output. ROBOND is the folder of that recording.
 ROBOND ?= ../shared/data/udacity

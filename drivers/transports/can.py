@@ -12,6 +12,7 @@ from echogrid.drivers.bus import CanFrame
 from echogrid.drivers.errors import PortError
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.transports.mend import cannot_open
+from echogrid.drivers.transports.wall_stamp import WallStamps
 
 if TYPE_CHECKING:
     import can
@@ -21,10 +22,15 @@ MOST_FRAMES = 1000
 SEND_WITHIN_S = 0.1
 SLCAN: Mapping[str, object] = {"sleep_after_open": 0, "timeout": 0}
 """No pause, and no wait in the reads: they come when there is something to read."""
+STAMPED_BY_THE_KERNEL = ("socketcan",)
+"""Interfaces whose messages bear the time when they came, of the wall clock."""
 
 
 class CanPort:
-    """A CAN bus. Frames that are no classic data or remote frames are counted and dropped."""
+    """A CAN bus. Frames that are no classic data or remote frames are counted and dropped.
+
+    A frame's stamp is the kernel's where it gives one, else the time when it was read.
+    """
 
     def __init__(
         self,
@@ -41,6 +47,7 @@ class CanPort:
         self._options: dict[str, Any] = {"interface": interface, "bitrate": bitrate, **quick, **more}
         self._bus: can.BusABC | None = None
         self._descriptor: int | None = None
+        self._stamps = WallStamps() if interface in STAMPED_BY_THE_KERNEL else None
         self.counts: Counter[str] = Counter()
 
     def open(self) -> None:
@@ -97,6 +104,8 @@ class CanPort:
         if self._descriptor is not None:
             select.select([self._descriptor], [], [], wait_s)
             wait_s = 0.0
+        if self._stamps is not None:
+            self._stamps.check()
         for _ in range(MOST_FRAMES):
             message, noise = self._receive(bus, wait_s)
             wait_s = 0.0
@@ -123,7 +132,7 @@ class CanPort:
         return None, True
 
     def _frame(self, message: "can.Message") -> CanFrame | None:
-        stamp_ns = time.monotonic_ns()
+        stamp_ns = self._stamp_ns(message)
         data = bytes(message.data)
         highest = 0x1FFF_FFFF if message.is_extended_id else 0x7FF
         whole = message.is_remote_frame or message.dlc == len(data) <= 8
@@ -136,6 +145,12 @@ class CanPort:
                 message.arbitration_id, data, message.is_extended_id, message.is_remote_frame, stamp_ns
             )
         return None
+
+    def _stamp_ns(self, message: "can.Message") -> int:
+        now_ns = time.monotonic_ns()
+        if self._stamps is None:
+            return now_ns
+        return self._stamps.monotonic_ns(round(message.timestamp * 1e9), now_ns)
 
     def _opened(self) -> "can.BusABC":
         if self._bus is None:

@@ -5,6 +5,7 @@ import json
 import signal
 import sys
 from contextlib import ExitStack
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -64,20 +65,23 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _go(run: "Run", duration_s: float | None, console: "Console") -> None:
-    """Let it run, and tell how it goes: the terminal or, where there is one, the service manager."""
+    """Let it run, and tell how it goes: the terminal or, where there is one, the service manager, which is
+    told that the run is ready when it has turned for a second."""
     from echogrid.runtime.notify import ServiceManager
     from echogrid.runtime.status import Status
 
     manager = ServiceManager.of()
+    looks = count()
 
     def show(status: Status) -> None:
+        if next(looks) == 0:
+            manager.ready()
         manager.alive(status.line())
         if manager.listens:
             console.show_changes(status)
         else:
             console.show(status)
 
-    manager.ready()
     run.go(duration_s, show)
     manager.stopping()
 

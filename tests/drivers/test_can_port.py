@@ -204,3 +204,14 @@ def test_an_interface_that_goes_down_is_a_lost_port(virtual: CanPort, mocker: Mo
     mocker.patch("can.interfaces.virtual.VirtualBus.recv", side_effect=down)
     with raises(PortError, match=r"test: CAN port lost, was it unplugged or set down\? \(Network is down"):
         virtual.read(0.0)
+
+
+def test_a_frame_of_the_kernel_keeps_the_time_when_it_came(mocker: MockerFixture) -> None:
+    before_ns, wall_s, after_ns = time.monotonic_ns(), time.time(), time.monotonic_ns()
+    sent = can.Message(arbitration_id=0x021, data=bytes(8), is_extended_id=False, timestamp=wall_s)
+    bus = mocker.Mock(**{"recv.side_effect": [sent, None], "fileno.side_effect": NotImplementedError})
+    mocker.patch("can.Bus", return_value=bus)
+    port = CanPort("can0", interface="socketcan")
+    port.open()
+    (frame,) = port.read(0.0)
+    assert before_ns - 1_000_000 <= frame.stamp_ns <= after_ns + 1_000_000
