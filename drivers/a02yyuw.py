@@ -21,6 +21,7 @@ class A02yyuw:
     """One ranger that is only listened to. Its frame is believed when the one before adjoins it."""
 
     bus: ClassVar[str] = "serial"
+    identity: ClassVar[str] = ""
 
     @dataclass(frozen=True, slots=True)
     class Settings:

@@ -110,6 +110,7 @@ class ODriveAxis:
     """One axis that is only listened to; its heartbeat says whether its estimates count."""
 
     bus: ClassVar[str] = "can"
+    identity: ClassVar[str] = "node"
     port_options: ClassVar[Mapping[str, object]] = {"bitrate": 250_000}
 
     @dataclass(frozen=True, slots=True)

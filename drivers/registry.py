@@ -27,6 +27,11 @@ class Driver(Protocol):
         ...
 
     @property
+    def identity(self) -> str:
+        """The key of its Settings that no other on its bus may share, such as its address; or ""."""
+        ...
+
+    @property
     def port_options(self) -> Mapping[str, object]:
         """What its port should be opened with, unless the user says otherwise."""
         ...

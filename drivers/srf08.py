@@ -80,6 +80,7 @@ class Srf08:
     """One SRF08: set up, wait for the slot, fire, wait for the chip, read; set up anew when it is missing."""
 
     bus: ClassVar[str] = "i2c"
+    identity: ClassVar[str] = "address"
     port_options: ClassVar[Mapping[str, object]] = {}
 
     @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """From a configuration to the parts of a run: one place where they are put together."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from echogrid.drivers import registry
@@ -120,6 +120,7 @@ def lines(config: Config) -> list[Line[Any, Any]]:
     for index, wheel in enumerate(config.wheel):
         wheel_role = WheelRole(wheel.name, wheel.gear, wheel.fastest_rad_s)
         _attach(devices, kinds, wheel, wheel_role, ("wheel", index), problems)
+    problems += _doubles(config)
     if {wheel.name for wheel in config.wheel} != {"left", "right"}:
         problems.append(((), "a run needs a [[wheel]] named `left` and one named `right`"))
     if problems:
@@ -154,6 +155,36 @@ def _attach(
             devices[entry.bus].append(driver(role, settings))
     except ValueError as error:
         problems.append((place, str(error)))
+
+
+def _doubles(config: Config) -> Iterator[Problem]:
+    """Devices that would answer for each other: two of one address on a bus, two on one serial line."""
+    owners: dict[tuple[str, str, object], str] = {}
+    entries: list[tuple[str, int, SensorConfig | WheelConfig]] = [
+        *(("sensor", index, sensor) for index, sensor in enumerate(config.sensor)),
+        *(("wheel", index, wheel) for index, wheel in enumerate(config.wheel)),
+    ]
+    for kind, index, entry in entries:
+        found = _identity(entry)
+        if found is None or entry.bus is None:
+            continue
+        key, value = found
+        other = owners.setdefault((entry.bus, key, value), entry.name)
+        if other != entry.name:
+            same = f"{key} {value}" if key else "the serial line"
+            yield (kind, index, key or "bus"), f"{entry.name} and {other} share {same} of bus {entry.bus!r}"
+
+
+def _identity(entry: SensorConfig | WheelConfig) -> tuple[str, object] | None:
+    """What tells a device from the others on its bus; None if its driver or settings are wrong anyway."""
+    try:
+        driver = registry.driver(entry.driver or "")
+    except UnknownDriverError:
+        return None
+    settings, wrong = structured(dict(entry.settings), driver.Settings)
+    if wrong:
+        return None
+    return driver.identity, getattr(settings, driver.identity) if driver.identity else None
 
 
 def firing_slots(config: Config) -> dict[str, Slot]:

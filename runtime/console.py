@@ -1,6 +1,7 @@
 """What a run shows in a terminal: a status line, changes of the devices' health, the account at the end."""
 
 from collections.abc import Mapping
+from shutil import get_terminal_size
 from typing import TextIO
 
 from echogrid.drivers.device import Health, Level
@@ -18,16 +19,23 @@ class Console:
         self._in_place = stream.isatty()
         self._gone = False
         self._health: dict[str, Health] = {}
+        self._restarts = 0
 
     def show(self, status: Status) -> None:
         """The status, after the changes since the last one."""
         self.show_changes(status)
-        self._write(status.line() + ("" if self._in_place else "\n"))
+        line = status.line()
+        self._write(line[: get_terminal_size().columns - 1] if self._in_place else line + "\n")
 
     def show_changes(self, status: Status) -> None:
         """Only what has changed in the devices' health."""
         for each in status.devices:
             self._tell_change(each)
+        if status.snapshot.restarts > self._restarts:
+            self._restarts = status.snapshot.restarts
+            self.say(
+                "odometry: a wheel restarted: where the robot went meanwhile is lost, the map may be bent"
+            )
 
     def say(self, line: str) -> None:
         """A line of its own."""

@@ -33,6 +33,8 @@ class Snapshot:
     wheels: tuple[WheelAngles, ...]
     """Both wheels at common stamps, completed by this tick, in order."""
     drops: tuple[Drop, ...]
+    restarts: int
+    """How often a wheel restarted so far, and what both turned meanwhile was lost."""
 
 
 class Fusion:
@@ -63,6 +65,11 @@ class Fusion:
         """Wheel readings that found no partner."""
         return self._pair.unpaired
 
+    @property
+    def restarts(self) -> int:
+        """How often a wheel restarted, and what both turned meanwhile was lost."""
+        return self._pair.restarts
+
     def tick(self, now_ns: int, readings: Sequence[Reading]) -> Snapshot:
         """Advance to `now_ns` with what came in since the last tick, in order of arrival."""
         wheels = self._move(readings)
@@ -75,7 +82,14 @@ class Fusion:
         late = {id(drop.reading) for drop in drops if drop.reason == "late"}
         used = tuple(reading for reading in ranges if id(reading) not in late)
         return Snapshot(
-            now_ns, self._drive.pose, self._drive.travelled, view, used, tuple(wheels), tuple(drops)
+            now_ns,
+            self._drive.pose,
+            self._drive.travelled,
+            view,
+            used,
+            tuple(wheels),
+            tuple(drops),
+            self._pair.restarts,
         )
 
     def overflow(self, readings: Sequence[Reading]) -> None:

@@ -25,8 +25,8 @@ Row = tuple[str, str, str]
 class LogWriter:
     """Writes robot.toml at once, then ranges.csv and wheels.csv as they come. Leave it to finish the files.
 
-    Raises OSError when the folder can't be written, UsageError when another recording's poses would be taken
-    for this one's. After the first row that can't be written no other is, and all of them are counted.
+    Raises OSError when the folder can't be written, UsageError when it holds a recording already. After the
+    first row that can't be written no other is, and all of them are counted.
     """
 
     def __init__(self, folder: Path, robot_toml: str) -> None:
@@ -34,8 +34,9 @@ class LogWriter:
         self._unwritten = 0
         self._refused = 0
         folder.mkdir(parents=True, exist_ok=True)
-        if (folder / POSES[0]).exists():
-            raise UsageError([f"{folder / POSES[0]}: part of another recording: choose another folder"])
+        for name in ("robot.toml", RANGES[0], WHEELS[0], POSES[0]):
+            if (folder / name).is_file():
+                raise UsageError([f"{folder / name}: is there already: choose another folder for the log"])
         (folder / "robot.toml").write_text(robot_toml, encoding="utf-8")
         with contextlib.ExitStack() as stack:
             self._ranges = stack.enter_context((folder / RANGES[0]).open("wb", buffering=0))

@@ -34,14 +34,14 @@ def write(folder: Path, image: MapImage, trajectory: Trajectory) -> None:
 
 
 def replace(path: Path, data: bytes) -> None:
-    """Put a file in place in one step, whatever was there."""
+    """Put a file in place in one step, whatever was there. Raises OSError, which names it."""
     part = path.with_name(f".{path.name}.part")
     try:
         part.write_bytes(data)
         part.replace(path)
-    except OSError:
+    except OSError as error:
         part.unlink(missing_ok=True)
-        raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def _pgm(image: MapImage) -> bytes:

@@ -84,6 +84,7 @@ class Run:
             **account(self.fusion.ledger, self.fusion.waiting),
             "readings_by_device": dict(sorted(self.readings.items())),
             "wheel_readings_unpaired": self.fusion.unpaired,
+            "wheel_restarts": self.fusion.restarts,
             "travelled_m": round(self.travelled, 3),
             "ticks": {"in_time": self.loop.in_time, "late": self.loop.late, "skipped": self.loop.skipped},
             "devices": {

@@ -36,6 +36,17 @@ def length(text: str) -> float:
     return metres
 
 
+def seed(text: str) -> int:
+    """A whole number from 0 on."""
+    try:
+        number = int(text)
+    except ValueError:
+        number = -1
+    if number < 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is no seed (a whole number from 0 on)")
+    return number
+
+
 def robot_directory() -> Path:
     """Where this user's emulated robot lives by default."""
     runtime = os.environ.get("XDG_RUNTIME_DIR")
@@ -54,4 +65,4 @@ def add_directory(parser: argparse.ArgumentParser) -> None:
 
 def add_seed(parser: argparse.ArgumentParser) -> None:
     """--seed, of all chance."""
-    parser.add_argument("--seed", type=int, default=1, help="of the emulated noise (default: 1)")
+    parser.add_argument("--seed", type=seed, default=1, help="of the emulated noise (default: 1)")

@@ -37,7 +37,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from echogrid.runtime.emulated import DEFAULT_ROBOT, emulated_robot
 
     stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda *_: stop.set())
     source = arguments.robot or DEFAULT_ROBOT
     config = robot_file.load(source)

@@ -40,6 +40,9 @@ def execute(arguments: argparse.Namespace) -> int:
     map_files.replace(arguments.out / "report.json", report.encode())
     for line in recording.faults.lines():
         print(line, file=sys.stderr)
+    heard = {reading.sensor for _, reading in recording.ranges}
+    if unheard := [sensor.name for sensor in recording.config.sensor if sensor.name not in heard]:
+        print(f"no rows of these sensors: {', '.join(unheard)}", file=sys.stderr)
     print(f"{made.ledger.fused} of {made.ledger.produced} readings fused; the map is in {arguments.out}")
     return 1 if arguments.strict and recording.faults.counts else 0
 

@@ -60,8 +60,10 @@ def execute(arguments: argparse.Namespace) -> int:
         _stop_on_signals(run)
         _go(run, arguments.duration or (_SIMULATED_S if arguments.simulate else None), console)
         devices = run.acquisition.report(run.clock.now_ns())
-    _write(run, devices, arguments.out)
-    return _conclude(run, devices, log, arguments, console)
+    _account(run, devices, console)
+    silent = _silent(run, devices, console)
+    written = _write(run, devices, arguments.out, console)
+    return 0 if written and not silent and _logged(log, arguments.log, console) else 1
 
 
 def _go(run: "Run", duration_s: float | None, console: "Console") -> None:
@@ -121,38 +123,48 @@ def _log(arguments: argparse.Namespace, source: Path, stack: ExitStack) -> "LogW
 
 
 def _stop_on_signals(run: "Run") -> None:
-    """Ctrl-C and a service manager's stop end the run after the tick that is under way."""
+    """Ctrl-C, a service manager's stop and a closed terminal end the run after the tick under way."""
 
     def stop(*_: object) -> None:
         run.stopping = True
 
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, stop)
 
 
-def _write(run: "Run", devices: "list[DeviceReport]", folder: Path) -> None:
-    from echogrid.runtime import map_files
-
-    map_files.write(folder, run.fusion.map_image(), run.path)
-    map_files.replace(folder / "report.json", (json.dumps(run.report(devices), indent=2) + "\n").encode())
-
-
-def _conclude(
-    run: "Run",
-    devices: "list[DeviceReport]",
-    log: "LogWriter | None",
-    arguments: argparse.Namespace,
-    console: "Console",
-) -> int:
+def _account(run: "Run", devices: "list[DeviceReport]", console: "Console") -> None:
     from echogrid.runtime.console import account_lines
 
     for line in account_lines(run.fusion.ledger, run.fusion.waiting, run.loop, run.readings, devices):
         console.say(line)
     console.say(f"driven: {run.travelled:.1f} m")
-    print(f"map: {arguments.out}/map.yaml map.pgm map.png map.npz, path: trajectory.tum, books: report.json")
+
+
+def _silent(run: "Run", devices: "list[DeviceReport]", console: "Console") -> bool:
+    """Whether a device was never read."""
     silent = [each.device for each in devices if not run.readings[each.device]]
     if silent:
         console.say(f"never read: {', '.join(silent)}")
-    if log and log.lost:
-        console.say(f"{arguments.log}: {log.lost} rows could not be written: {log.trouble}")
-    return 1 if silent or (log and log.lost) else 0
+    return bool(silent)
+
+
+def _write(run: "Run", devices: "list[DeviceReport]", folder: Path, console: "Console") -> bool:
+    """Whether the map and the report could be written."""
+    from echogrid.runtime import map_files
+
+    try:
+        map_files.write(folder, run.fusion.map_image(), run.path)
+        map_files.replace(folder / "report.json", (json.dumps(run.report(devices), indent=2) + "\n").encode())
+    except OSError as error:
+        console.say(f"{error.filename}: {error.strerror}: the map is not complete")
+        return False
+    print(f"map: {folder}/map.yaml map.pgm map.png map.npz, path: trajectory.tum, books: report.json")
+    return True
+
+
+def _logged(log: "LogWriter | None", folder: Path, console: "Console") -> bool:
+    """Whether the log, if one was asked for, is whole."""
+    if log is None or not log.lost:
+        return True
+    console.say(f"{folder}: {log.lost} rows could not be written: {log.trouble}")
+    return False

@@ -1,3 +1,4 @@
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pytest import approx
@@ -120,3 +121,39 @@ def test_right_readings_out_of_order_break_nothing() -> None:
     pairs = feed(pair, [right(10), left(12), right(5), right(20), left(4), right(30)])
     assert [angles.stamp_ns // MS for angles in pairs] == [12]
     assert pair.unpaired == 1
+
+
+def steady(name: str, first_ms: int, last_ms: int, offset: float = 0.0) -> list[WheelReading]:
+    """A reading every 10 ms of a wheel that turns 1 rad/s, counted from elsewhere by `offset`."""
+    return [wheel(name, ms, ms * 1e-3 + offset) for ms in range(first_ms, last_ms, 10)]
+
+
+def jumping(name: str, back_ms: int, last_ms: int, held: float) -> list[WheelReading]:
+    """A wheel that comes back after a restart, going on from the angle it had when it was lost."""
+    first, *rest = steady(name, back_ms, last_ms, held - back_ms * 1e-3)
+    return [WheelReading(first.stamp_ns, 0, name, first.angle, 1.0, discontinuity=True), *rest]
+
+
+@pytest.mark.parametrize("name", ["left", "right"])
+@pytest.mark.parametrize("back_ms", [560, 1500])
+def test_a_wheel_that_restarts_while_both_turn_alike_does_not_turn_the_robot(name: str, back_ms: int) -> None:
+    other = "right" if name == "left" else "left"
+    lost = [*steady(name, 0, 500), *jumping(name, back_ms, 3000, held=0.49)]
+    readings = sorted([*lost, *steady(other, 5, 3000)], key=lambda each: each.stamp_ns)
+    pair = WheelPair()
+    pairs = feed(pair, readings)
+    leads = [each.left - each.right for each in pairs]
+    assert leads == approx([leads[0]] * len(leads), abs=1e-9)
+    assert pair.restarts == 1
+    assert pairs[-1].stamp_ns >= 2980 * MS
+    turned = pairs[-1].left - pairs[0].left
+    assert turned == approx(3.0 - (back_ms - 490) * 1e-3, abs=0.05)
+
+
+def test_a_gap_without_a_jump_keeps_what_the_wheels_turned_meanwhile() -> None:
+    lefts = [*steady("left", 0, 500), *steady("left", 1500, 3000)]
+    readings = sorted([*lefts, *steady("right", 5, 3000)], key=lambda each: each.stamp_ns)
+    pair = WheelPair()
+    pairs = feed(pair, readings)
+    assert pairs[-1].left == approx(pairs[-1].stamp_ns * 1e-9)
+    assert pair.restarts == 0

@@ -18,7 +18,7 @@ settings.load_profile("on a busy machine")
 @pytest.fixture(autouse=True)
 def _own_signals() -> Iterator[None]:
     """A run's handlers of signals are its own."""
-    numbers = signal.SIGINT, signal.SIGTERM
+    numbers = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
     handlers = [signal.getsignal(number) for number in numbers]
     yield
     for number, handler in zip(numbers, handlers, strict=True):

@@ -43,3 +43,9 @@ def test_the_robot_s_directory_is_the_user_s_own(monkeypatch: pytest.MonkeyPatch
     assert str(arguments.robot_directory()) == "/run/user/7/echogrid"
     monkeypatch.delenv("XDG_RUNTIME_DIR")
     assert str(arguments.robot_directory()).startswith("/tmp/echogrid-")
+
+
+@pytest.mark.parametrize("text", ["-1", "x", "1.5", ""])
+def test_a_seed_is_a_whole_number_from_0_on(text: str) -> None:
+    with pytest.raises(argparse.ArgumentTypeError, match="is no seed"):
+        arguments.seed(text)

@@ -58,3 +58,17 @@ def test_a_map_with_too_many_cells_is_refused_in_words(width: float, resolution:
 
 def test_the_largest_map_is_not_refused() -> None:
     assert assembly.bounded(0.0, 0.0, 632.0, 632.0, 0.1).rows == 6320
+
+
+def test_devices_that_would_answer_for_each_other_are_refused_with_both_names() -> None:
+    config = robot_file.load(DEFAULT_ROBOT)
+    sensors = list(config.sensor)
+    sensors[1] = replace(sensors[1], settings=sensors[0].settings)
+    sensors[-1] = replace(sensors[-1], bus=sensors[-2].bus)
+    wheels = tuple(replace(wheel, settings={}) for wheel in config.wheel)
+    with pytest.raises(ConfigError) as told:
+        assembly.lines(replace(config, sensor=tuple(sensors), wheel=wheels))
+    text = str(told.value)
+    assert f"{sensors[1].name} and {sensors[0].name} share address 112" in text
+    assert f"{sensors[-1].name} and {sensors[-2].name} share the serial line" in text
+    assert "right and left share node 0" in text

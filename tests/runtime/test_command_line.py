@@ -325,3 +325,15 @@ def test_a_mistake_in_a_process_is_2_without_a_traceback(tmp_path: Path) -> None
     assert (done.returncode, done.stdout) == (2, "")
     assert "Traceback" not in done.stderr
     assert len(done.stderr.splitlines()) == 3
+
+
+def test_a_map_that_cannot_be_written_costs_neither_the_account_nor_a_traceback(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "out" / "map.npz").mkdir(parents=True)
+    code = main(["run", "--simulate", "--duration", "2s", "--out", str(tmp_path / "out")])
+    told = capsys.readouterr().err
+    assert code == 1
+    assert "map.npz: " in told
+    assert "the map is not complete" in told
+    assert "range readings: " in told

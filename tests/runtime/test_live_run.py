@@ -159,7 +159,7 @@ def run_process(short_dir: Path, *arguments: str) -> Iterator["subprocess.Popen[
             process.kill()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_ends_a_run_with_its_map_which_equals_that_of_its_log(
     short_dir: Path, tmp_path: Path, number: signal.Signals
 ) -> None:

@@ -92,11 +92,13 @@ def test_when_the_writer_cannot_keep_up_the_loop_does_not_wait(
     assert log.trouble == "the disk is too slow"
 
 
-def test_another_recording_s_poses_are_not_mixed_with_this_one(tmp_path: Path) -> None:
-    (tmp_path / "poses.csv").write_text("")
-    with pytest.raises(UsageError, match="part of another recording"):
+@pytest.mark.parametrize("name", ["robot.toml", "ranges.csv", "wheels.csv", "poses.csv"])
+def test_a_recording_that_is_there_already_is_left_alone(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("precious")
+    with pytest.raises(UsageError, match=f"{name}: is there already"):
         LogWriter(tmp_path, "")
-    assert [path.name for path in tmp_path.iterdir()] == ["poses.csv"]
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+    assert (tmp_path / name).read_text() == "precious"
 
 
 def test_its_thread_ends_with_the_context(tmp_path: Path) -> None:
