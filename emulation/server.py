@@ -3,12 +3,11 @@
 import fcntl
 import os
 import stat
-import threading
 from contextlib import ExitStack
 from pathlib import Path
 from random import Random
 from types import TracebackType
-from typing import Any
+from typing import Any, Protocol
 
 from echogrid.drivers.clock import Clock
 from echogrid.emulation.buses.bus import Bus
@@ -29,7 +28,15 @@ _LONGEST_WAIT_S = 0.1
 """How soon a stop is seen."""
 
 
-def serve(robot: EmulatedRobot, directory: Path, clock: Clock, stop: threading.Event) -> None:
+class Flag(Protocol):
+    """Says when to stop; a threading.Event is one."""
+
+    def is_set(self) -> bool:
+        """Whether it is time."""
+        ...
+
+
+def serve(robot: EmulatedRobot, directory: Path, clock: Clock, stop: Flag) -> None:
     """Serve until `stop` is set. Raises DirectoryError if another emulator lives there."""
     with Server(robot, directory, clock) as server:
         server.run(stop)
@@ -74,7 +81,7 @@ class Server:
         """Take all of it away."""
         self._stack.close()
 
-    def run(self, stop: threading.Event) -> None:
+    def run(self, stop: Flag) -> None:
         """Run the robot in real time, in this thread, until `stop` is set."""
         while not stop.is_set():
             self._pump()

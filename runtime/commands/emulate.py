@@ -3,7 +3,6 @@
 import argparse
 import signal
 import sys
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -36,9 +35,9 @@ def execute(arguments: argparse.Namespace) -> int:
     from echogrid.runtime import robot_file
     from echogrid.runtime.emulated import DEFAULT_ROBOT, emulated_robot
 
-    stop = threading.Event()
+    stop = _Asked()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, lambda *_: stop.set())
+        signal.signal(number, stop.ask)
     source = arguments.robot or DEFAULT_ROBOT
     config = robot_file.load(source)
     clock = MonotonicClock()
@@ -49,6 +48,21 @@ def execute(arguments: argparse.Namespace) -> int:
         print(told, file=sys.stderr, flush=True)
         server.run(stop)
     return 0
+
+
+class _Asked:
+    """Set by signals. Not a threading.Event: a signal that comes while one is being set would lock it up."""
+
+    def __init__(self) -> None:
+        self._asked = False
+
+    def ask(self, *_: object) -> None:
+        """Take note of a signal."""
+        self._asked = True
+
+    def is_set(self) -> bool:
+        """Whether one came."""
+        return self._asked
 
 
 @contextmanager

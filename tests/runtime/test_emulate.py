@@ -1,5 +1,8 @@
 """`echogrid emulate`, stopped at once: what it leaves in its folder."""
 
+import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -57,3 +60,15 @@ def test_the_copy_can_be_read(short_dir: Path, seen: Seen, tmp_path: Path) -> No
     copy = tmp_path / "robot.toml"
     copy.write_text(seen()["robot.toml"])
     assert robot_file.load(copy) == robot_file.load(DEFAULT_ROBOT)
+
+
+def test_a_storm_of_signals_ends_it_all_the_same(short_dir: Path) -> None:
+    command = [sys.executable, "-m", "echogrid", "emulate", "--dir", str(short_dir)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        assert "the emulated robot is in" in process.stderr.readline()
+        for _ in range(50):
+            process.send_signal(signal.SIGTERM)
+            process.send_signal(signal.SIGHUP)
+        assert process.wait(timeout=20) == 0
+    assert not short_dir.exists()
