@@ -1,14 +1,15 @@
 """What crosses a bus, and the port that carries it: the only terms which drivers and emulators share."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 NEVER_NS = 1 << 62
 """A deadline that does not come."""
 
 In = TypeVar("In", covariant=True)
 Out = TypeVar("Out", contravariant=True)
+Transfer = TypeVar("Transfer")
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,16 +42,51 @@ class I2cTransfer:
 
 
 @dataclass(frozen=True, slots=True)
-class I2cResult:
+class Break:
+    """A serial line held low for longer than a byte takes."""
+
+    duration_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class SerialTransfer:
+    """A request to a device on a serial line, and the reply to be waited for."""
+
+    send: tuple[bytes | Break, ...]
+    reply_length: Callable[[bytes], int] | None = None
+    """How long the reply will be, by what has come of it; 0: that cannot be told yet. None: there is none."""
+    within_ns: int = 0
+    """For how long it is waited for, from the end of the request on."""
+    echoed: bool = False
+    """One wire for both directions: the host hears what it sends."""
+    framed: bool = True
+    """The reply shows by itself that it is whole; if not, a pause behind it does."""
+
+
+@dataclass(frozen=True, slots=True)
+class Result(Generic[Transfer]):
     """What became of a transfer."""
 
-    transfer: I2cTransfer
+    transfer: Transfer
     start_ns: int
     end_ns: int
     data: bytes = b""
-    """The bytes read by its messages, one after the other."""
+    """The bytes read: of an I2C transfer those of its messages, one after the other."""
     errno: int = 0
     """0, or why the transfer failed; a missing acknowledge is one of NACK_ERRNOS."""
+
+
+@dataclass(frozen=True, slots=True)
+class I2cResult(Result[I2cTransfer]):
+    """What became of a transfer on I2C."""
+
+
+@dataclass(frozen=True, slots=True)
+class SerialResult(Result[SerialTransfer]):
+    """What became of a transfer on a serial line."""
+
+    sent_ns: int = 0
+    """When the request had passed."""
 
 
 NACK_ERRNOS = frozenset({5, 6, 110, 121})
@@ -60,8 +96,8 @@ NACK_ERRNOS = frozenset({5, 6, 110, 121})
 class Port(Protocol[In, Out]):
     """One end of a bus, owned by one thread.
 
-    A serial port receives and sends chunks of bytes, a CAN port frames; an I2C port sends transfers and
-    receives their results.
+    A serial port receives and sends chunks of bytes (and sends breaks), a CAN port frames; an I2C port sends
+    transfers and receives their results.
     """
 
     def open(self) -> None:

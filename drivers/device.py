@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import IntEnum
-from typing import Generic, Protocol, TypeVar
+from enum import Enum, IntEnum
+from typing import Any, Generic, Protocol, TypeVar
 
 from echogrid.drivers.bus import NEVER_NS
 from echogrid.drivers.readings import Reading
@@ -23,14 +23,59 @@ class Level(IntEnum):
     STALE = 3
 
 
+class State(Enum):
+    """How a device is, by name."""
+
+    WELL = "well"
+    SETTING_UP = "setting up"
+    SILENT = "silent"
+    """Not a byte comes."""
+    STALLED = "stalled"
+    """It is there, but nothing new comes: its bus is held up."""
+    FAULTY = "faulty"
+    """It says that it can't measure, or says what can't be."""
+    MISSING = "missing"
+    """No acknowledge, no reply."""
+    GARBLED = "garbled"
+    """Bytes without a meaning: a wrong speed, an inverted line, noise."""
+    CONFLICT = "conflict"
+    """Two devices answer at one address."""
+    WRONG_DEVICE = "wrong device"
+    """What answers is of another make, or set up otherwise."""
+    PORT_LOST = "port lost"
+    FAILED = "failed"
+    """It says that it is out of order."""
+    INTERNAL = "internal error"
+    """A mistake of ours."""
+
+    @property
+    def level(self) -> Level:
+        """How bad that is."""
+        return _LEVELS.get(self, Level.ERROR)
+
+
+_LEVELS = {
+    State.WELL: Level.OK,
+    State.SETTING_UP: Level.STALE,
+    State.SILENT: Level.STALE,
+    State.STALLED: Level.STALE,
+    State.FAULTY: Level.WARN,
+}
+
+
 @dataclass(frozen=True, slots=True)
 class Health:
     """How a device is, in a word and a line that says what to do."""
 
-    level: Level
+    state: State
     message: str
     counts: Mapping[str, int]
     """Every event counted since the start, by name."""
+
+    @property
+    def level(self) -> Level:
+        """How bad it is."""
+        return self.state.level
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +108,25 @@ class Device(Protocol[In_contra, Out_co]):
 
     def health(self, now_ns: int) -> Health:
         """How it is."""
+        ...
+
+
+class BusLine(Protocol[In_contra, Out_co]):
+    """The devices on one bus, stepped as one."""
+
+    name: str
+
+    @property
+    def devices(self) -> Sequence[Device[Any, Any]]:
+        """All of them."""
+        ...
+
+    def step(self, now_ns: int, received: Sequence[In_contra]) -> Step[Out_co]:
+        """Take what the bus brought and say what comes next."""
+        ...
+
+    def lost(self, now_ns: int) -> None:
+        """The port was lost."""
         ...
 
 

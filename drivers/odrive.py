@@ -9,7 +9,7 @@ from struct import Struct
 from typing import ClassVar
 
 from echogrid.drivers.bus import CanFrame
-from echogrid.drivers.device import Health, Level, Step
+from echogrid.drivers.device import Health, Line, State, Step
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.readings import WheelReading
 from echogrid.drivers.role import WheelRole
@@ -110,6 +110,7 @@ class ODriveAxis:
     """One axis that is only listened to; its heartbeat says whether its estimates count."""
 
     bus: ClassVar[str] = "can"
+    line: ClassVar[type[Line[CanFrame, CanFrame]]] = Line
     identity: ClassVar[str] = "node"
     port_options: ClassVar[Mapping[str, object]] = {"bitrate": 250_000}
 
@@ -154,23 +155,23 @@ class ODriveAxis:
 
     def health(self, now_ns: int) -> Health:
         """How it is."""
-        level, message = self._condition(now_ns)
-        return Health(level, message, dict(self._counts))
+        state, message = self._condition(now_ns)
+        return Health(state, message, dict(self._counts))
 
-    def _condition(self, now_ns: int) -> tuple[Level, str]:
+    def _condition(self, now_ns: int) -> tuple[State, str]:
         heartbeat = self._heartbeat  # its bus's thread may lose the port at any time
         if heartbeat is None or not self._alive(now_ns):
             return (
-                Level.STALE,
+                State.SILENT,
                 f"no heartbeat from node {self._node}: check its power, wires, node id and bit rate",
             )
         if faults := heartbeat.faults():
-            return Level.ERROR, f"{faults}: clear it at the controller (or is its firmware 0.6?)"
+            return State.FAILED, f"{faults}: clear it at the controller (or is its firmware 0.6?)"
         if heartbeat.state in UNSETTLED:
-            return Level.WARN, f"its position does not count yet: {AxisState(heartbeat.state).name}"
+            return State.FAULTY, f"its position does not count yet: {AxisState(heartbeat.state).name}"
         if self._estimate_ns is None or now_ns - self._estimate_ns > HEARTBEAT_NS:
-            return Level.STALE, "heartbeats, but no believable estimates: is encoder_rate_ms set?"
-        return Level.OK, "turning counted"
+            return State.STALLED, "heartbeats, but no believable estimates: is encoder_rate_ms set?"
+        return State.WELL, "turning counted"
 
     def _command(self, frame: CanFrame) -> int | None:
         """The command of a well-formed frame from this axis; any other is counted."""

@@ -30,6 +30,10 @@ class RangeReading:
     """The device's own bytes."""
     reason: str = ""
     """Why, when INVALID."""
+    later: tuple[float, ...] = ()
+    """m: the echoes behind the first, if the device tells them."""
+    listened: bool = False
+    """It only listened, without a ping of its own: what it heard is not an obstacle but somebody else."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,11 +1,11 @@
 """Drivers by name, imported when asked for."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Protocol, cast
 
-from echogrid.drivers.device import Device
+from echogrid.drivers.device import BusLine, Device
 from echogrid.drivers.errors import UnknownDriverError
 
 GROUP = "echogrid.devices"
@@ -24,6 +24,11 @@ class Driver(Protocol):
     @property
     def bus(self) -> str:
         """The kind of its port: "serial", "i2c" or "can"."""
+        ...
+
+    @property
+    def line(self) -> Callable[[str, Sequence[Any]], BusLine[Any, Any]]:
+        """Makes a line of a bus's name and the devices on it; all devices on a bus must have the same."""
         ...
 
     @property

@@ -1,11 +1,25 @@
 """What the robot asks of a device, whatever its make: its name, its limits, its turn to fire."""
 
 from dataclasses import dataclass
+from enum import Enum
+
+_MIX = 0x9E37_79B9_7F4A_7C15
+_MASK = (1 << 64) - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """One time to fire."""
+
+    start_ns: int
+    listens: bool = False
+    """Do all but ping: what is heard then is not one's own."""
 
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A commanded ranger's turns: every `period_ns`, `offset_ns` after the clock's zero.
+    """A commanded ranger's turns: every `period_ns`, `offset_ns` after the clock's zero, and a little later
+    by the turn's own delay.
 
     Slots of several rangers keep their order and gaps across buses with no talk between them,
     because all are counted on the same clock.
@@ -13,11 +27,47 @@ class Slot:
 
     period_ns: int
     offset_ns: int
+    delays_ns: tuple[int, ...] = (0,)
+    """What is added to the turns, in rotation: with two that alternate, what one hears of others alternates,
+    too (EERUF, Borenstein & Koren 1995)."""
+    jitter_ns: int = 0
+    """Up to so much more, by chance, so that foreign robots don't keep step. With the delay it is less than
+    the period."""
+    listens_every: int = 0
+    """Every so many turns it only listens; 0: never."""
+    seed: int = 0
+    """Of the chance."""
 
-    def next_ns(self, after_ns: int) -> int:
+    def next_turn(self, after_ns: int) -> Turn:
         """The first turn later than `after_ns`."""
-        turns = (after_ns - self.offset_ns) // self.period_ns + 1
-        return self.offset_ns + turns * self.period_ns
+        number = (after_ns - self.offset_ns) // self.period_ns
+        while (start_ns := self._start_ns(number)) <= after_ns:
+            number += 1
+        listens = self.listens_every > 0 and number % self.listens_every == self.seed % self.listens_every
+        return Turn(start_ns, listens)
+
+    def _start_ns(self, number: int) -> int:
+        delay_ns = self.delays_ns[number % len(self.delays_ns)]
+        jitter_ns = _chance(self.seed, number) % (self.jitter_ns + 1)
+        return self.offset_ns + number * self.period_ns + delay_ns + jitter_ns
+
+
+def _chance(seed: int, number: int) -> int:
+    """64 bits that look like chance (splitmix64, Steele et al. 2014)."""
+    bits = (seed * 0xD1B5_4A32_D192_ED03 + (number + 1) * _MIX) & _MASK
+    bits = (bits ^ bits >> 30) * 0xBF58_476D_1CE4_E5B9 & _MASK
+    bits = (bits ^ bits >> 27) * 0x94D0_49BB_1331_11EB & _MASK
+    return bits ^ bits >> 31
+
+
+class Call(Enum):
+    """Who fires a ranger."""
+
+    ITSELF = "itself"
+    ALL = "all"
+    """It fires all of its kind on its bus, by a general call."""
+    CALLED = "called"
+    """Another one's general call fires it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +83,7 @@ class RangerRole:
     """When it may fire; None for those which fire by themselves."""
     speed_of_sound: float
     """m/s."""
+    call: Call = Call.ITSELF
 
 
 @dataclass(frozen=True, slots=True)

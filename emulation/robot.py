@@ -20,7 +20,6 @@ from echogrid.emulation.devices.surroundings import Surroundings
 from echogrid.emulation.errors import RobotSpecError, UnknownNameError
 from echogrid.emulation.faults import ActiveFault, Fallible
 from echogrid.emulation.models import RANGERS, WHEELS, Model, did_you_mean
-from echogrid.emulation.scene import Scene
 from echogrid.emulation.wires.memory import MemoryPort
 
 _CAN_RATE = 500_000
@@ -84,26 +83,24 @@ class RobotSpec:
 class EmulatedRobot:
     """The buses and devices of a robot.
 
-    `scene_for` gives what a ranger hears, `wheel_angle` the true angle (rad) of the wheel on a side at a
-    time (ns). Its devices have no power before `switch_on`, which `ports` and the server call.
+    `surroundings_of` gives what a ranger has around it, `wheel_angle` the true angle (rad) of the wheel on a
+    side at a time (ns). Its devices have no power before `switch_on`, which `ports` and the server call.
     """
 
     def __init__(
         self,
         spec: RobotSpec,
-        scene_for: Callable[[RangerSpec], Scene],
+        surroundings_of: Callable[[RangerSpec], Surroundings],
         wheel_angle: Callable[[str, int], float],
         *,
         seed: int = 0,
-        speed_of_sound: float = 343.21,
     ) -> None:
         """Raises RobotSpecError, which is a ValueError, if such a robot cannot be."""
         self.spec = spec
         self._seed = seed
         _require_names(spec)
         rangers = {
-            ranger.name: self._build(ranger, RANGERS, Surroundings(scene_for(ranger), speed_of_sound))
-            for ranger in spec.rangers
+            ranger.name: self._build(ranger, RANGERS, surroundings_of(ranger)) for ranger in spec.rangers
         }
         wheels = {
             wheel.name: self._build(wheel, WHEELS, _angle_of(wheel.side, wheel_angle))
@@ -212,12 +209,16 @@ def _i2c_bus(spec: BusSpec, chips: list[I2cChip]) -> I2cBus:
 
 
 def _serial_line(spec: BusSpec, devices: list[SerialDevice]) -> SerialLine:
-    if len(devices) != 1:
-        raise RobotSpecError(f"{spec.name}: a serial line carries one device, not {len(devices)}")
-    device = devices[0]
-    if spec.rate not in (None, device.baud):
-        raise RobotSpecError(f"{spec.name}: {device.name} speaks at {device.baud} baud, not {spec.rate}")
-    return SerialLine(spec.name, device)
+    if not devices:
+        raise RobotSpecError(f"{spec.name}: a serial line without a device")
+    for device in devices:
+        if len(devices) > 1 and not device.shares_line:
+            raise RobotSpecError(f"{spec.name}: {device.name} talks unasked, and needs a line of its own")
+        if spec.rate not in (None, device.baud):
+            raise RobotSpecError(f"{spec.name}: {device.name} speaks at {device.baud} baud, not {spec.rate}")
+        if device.baud != devices[0].baud:
+            raise RobotSpecError(f"{spec.name}: {device.name} and {devices[0].name} differ in their baud")
+    return SerialLine(spec.name, *devices)
 
 
 def _look_up(name: str, parts: Mapping[str, Part]) -> Part:

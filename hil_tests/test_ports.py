@@ -43,7 +43,9 @@ DRIVERS: dict[str, Callable[[Entry], Device[Any, Any]]] = {
 @fixture(scope="module")
 def served(tmp_path_factory: TempPathFactory) -> Iterator[Path]:
     """The folder of an emulated robot's ports."""
-    robot = EmulatedRobot(SPEC, lambda _: Wall(DISTANCE), lambda _, now_ns: RATE * now_ns * 1e-9)
+    robot = EmulatedRobot(
+        SPEC, lambda _: Wall(DISTANCE).surroundings(), lambda _, now_ns: RATE * now_ns * 1e-9
+    )
     folder = tmp_path_factory.mktemp("robot")
     stop = threading.Event()
     with Server(robot, folder, MonotonicClock()) as server:

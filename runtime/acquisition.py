@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, Self
 
-from echogrid.drivers.device import Device, Health, Level
+from echogrid.drivers.device import Device, Health, State
 from echogrid.drivers.readings import Reading
 from echogrid.runtime.pump import PortState, Pump
 from echogrid.runtime.reading_queue import ReadingQueue
@@ -56,11 +56,11 @@ def _health(pump: Pump[Any, Any], device: Device[Any, Any], now_ns: int) -> Heal
     try:
         health = device.health(now_ns)
     except Exception as error:  # noqa: BLE001 - the loop must outlive any fault of a driver
-        health = Health(Level.ERROR, f"internal error: {error!r} (please report it)", {})
+        health = Health(State.INTERNAL, f"internal error: {error!r} (please report it)", {})
     counts = {**health.counts, "port lost": pump.losses}
     if pump.state is PortState.CLOSED and pump.trouble:
-        return Health(Level.ERROR, pump.trouble, counts)
-    return Health(health.level, health.message, counts)
+        return Health(State.PORT_LOST, pump.trouble, counts)
+    return Health(health.state, health.message, counts)
 
 
 class ThreadedAcquisition:

@@ -7,21 +7,21 @@ from pathlib import Path
 from typing import Any
 
 from echogrid.emulation import acoustics
+from echogrid.emulation.devices.surroundings import Surroundings
 from echogrid.emulation.hearing import Ranger, scene_of
 from echogrid.emulation.models import RANGERS, WHEELS, Model
 from echogrid.emulation.motion import Tour
 from echogrid.emulation.offices import office, office_tour
 from echogrid.emulation.robot import BusSpec, EmulatedRobot, RangerSpec, RobotSpec, WheelSpec
-from echogrid.emulation.scene import Scene
+from echogrid.emulation.transducers import TRANSDUCERS
 from echogrid.emulation.world import World
-from echogrid.runtime import assembly
 from echogrid.runtime.config import Config, SensorConfig, WheelConfig
 from echogrid.runtime.errors import ConfigError
+from echogrid.runtime.lines import lines
 from echogrid.runtime.toml_values import Problem
 
 DEFAULT_ROBOT = Path(__file__).with_name("emulated_robot.toml")
 
-_TRANSDUCERS = {"srf08": acoustics.SRF08, "a02yyuw": acoustics.A02YYUW}
 _SECOND_NS = 1_000_000_000
 
 
@@ -32,24 +32,24 @@ def emulated_robot(
 
     Raises ConfigError, RobotSpecError when something in it can't be emulated.
     """
-    assembly.lines(config)
+    lines(config)
     spec = robot_spec(config)
     place, way = world or office(), tour or office_tour()
 
     def pose_at(now_ns: int) -> tuple[float, float, float]:
         return way.pose((now_ns - started_ns) / _SECOND_NS)
 
-    def scene_for(ranger: RangerSpec) -> Scene:
-        mounted = Ranger(ranger.name, (ranger.x, ranger.y, ranger.yaw), _TRANSDUCERS[ranger.model])
-        return scene_of(place, pose_at, mounted, seed)
+    speed_of_sound = acoustics.speed_of_sound(place.temperature)
+
+    def surroundings_of(ranger: RangerSpec) -> Surroundings:
+        mounted = Ranger(ranger.name, (ranger.x, ranger.y, ranger.yaw), TRANSDUCERS[ranger.model])
+        return Surroundings(scene_of(place, pose_at, mounted, seed), speed_of_sound)
 
     def wheel_angle(side: str, now_ns: int) -> float:
         left, right = way.wheel_angles((now_ns - started_ns) / _SECOND_NS, spec.wheel_radius, spec.track)
         return left if side == "left" else right
 
-    return EmulatedRobot(
-        spec, scene_for, wheel_angle, seed=seed, speed_of_sound=acoustics.speed_of_sound(place.temperature)
-    )
+    return EmulatedRobot(spec, surroundings_of, wheel_angle, seed=seed)
 
 
 def robot_spec(config: Config) -> RobotSpec:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from echogrid.drivers.bus import Port
-from echogrid.drivers.device import Line
+from echogrid.drivers.device import BusLine
 from echogrid.drivers.transports.ports import make_port
 from echogrid.runtime.config import BusConfig, Config
 from echogrid.runtime.errors import ConfigError
@@ -16,7 +16,7 @@ _PATH_INTERFACES = ("slcan",)
 """python-can interfaces whose channel is a path."""
 
 
-def real_ports(config: Config, lines: list[Line[Any, Any]], folder: Path) -> dict[str, Port[Any, Any]]:
+def real_ports(config: Config, lines: list[BusLine[Any, Any]], folder: Path) -> dict[str, Port[Any, Any]]:
     """The port of each line, not yet open; relative paths start at `folder`. Raises ConfigError."""
     buses = {bus.name: bus for bus in config.bus}
     ports: dict[str, Port[Any, Any]] = {}
@@ -41,7 +41,7 @@ def _address(bus: BusConfig, folder: Path) -> str:
     return str(folder / bus.port)
 
 
-def _options(bus: BusConfig, line: Line[Any, Any]) -> Mapping[str, Any]:
+def _options(bus: BusConfig, line: BusLine[Any, Any]) -> Mapping[str, Any]:
     """What the devices want of their port, and what the configuration says instead."""
     wanted: dict[str, Any] = {}
     for device in line.devices:

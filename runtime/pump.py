@@ -6,7 +6,7 @@ from typing import Generic, TypeVar
 
 from echogrid.drivers.bus import Port
 from echogrid.drivers.clock import Clock
-from echogrid.drivers.device import Line
+from echogrid.drivers.device import BusLine
 from echogrid.drivers.errors import PortError
 from echogrid.drivers.readings import Reading
 
@@ -30,7 +30,7 @@ class Pump(Generic[In, Out]):
 
     def __init__(
         self,
-        line: Line[In, Out],
+        line: BusLine[In, Out],
         port: Port[In, Out],
         clock: Clock,
         deliver: Callable[[tuple[Reading, ...]], None],

@@ -19,12 +19,12 @@ NO_OPTIONS: Mapping[str, Any] = MappingProxyType({})
 def make_port(kind: str, address: str, options: Mapping[str, Any] = NO_OPTIONS) -> Port[Any, Any]:
     """The port, not yet open. Raises ValueError, which names the option, if it cannot be.
 
-    serial: address is a path; options baud.
+    serial: address is a path; options baud, stop_bits, parity.
     i2c: address is a path (/dev/i2c-1), or unix:PATH for an emulated bus; options timeout_s.
     can: address is a channel of python-can; options interface, bitrate, and what else that interface takes.
     """
     if kind == "serial":
-        _require_known(options, "baud")
+        _require_known(options, "baud", "stop_bits", "parity")
         return SerialPort(address, **options)
     if kind == "i2c":
         _require_known(options, "timeout_s")

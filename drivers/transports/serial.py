@@ -2,9 +2,11 @@
 
 import select
 import termios
+import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from echogrid.drivers.bus import Break
 from echogrid.drivers.errors import PortError
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.transports.mend import cannot_open
@@ -15,15 +17,21 @@ if TYPE_CHECKING:
 MOST_BYTES = 4096
 """One read takes no more, so that a babbling line cannot hold its thread."""
 WRITE_WITHIN_S = 0.1
+PARITIES = {"none": "N", "even": "E", "odd": "O"}
 
 
 class SerialPort:
-    """A serial port, 8N1, held exclusively."""
+    """A serial port, held exclusively: eight data bits, with or without parity, one or two stop bits."""
 
-    def __init__(self, address: str, *, baud: int = 9600) -> None:
+    def __init__(self, address: str, *, baud: int = 9600, stop_bits: int = 1, parity: str = "none") -> None:
         require_between("baud", baud, 50, 4_000_000)
+        require_between("stop_bits", stop_bits, 1, 2)
+        if parity not in PARITIES:
+            raise ValueError(f"parity is {parity!r}: expected one of {', '.join(PARITIES)}")
         self._address = address
         self._baud = baud
+        self._stop_bits = stop_bits
+        self._parity = PARITIES[parity]
         self._serial: serial.Serial | None = None
 
     def open(self) -> None:
@@ -33,7 +41,13 @@ class SerialPort:
         self.close()
         try:
             self._serial = serial.Serial(
-                self._address, self._baud, timeout=0, write_timeout=WRITE_WITHIN_S, exclusive=True
+                self._address,
+                self._baud,
+                parity=self._parity,
+                stopbits=self._stop_bits,
+                timeout=0,
+                write_timeout=WRITE_WITHIN_S,
+                exclusive=True,
             )
         except (OSError, ValueError, termios.error) as error:
             code = error.errno if isinstance(error, OSError) else None
@@ -45,12 +59,19 @@ class SerialPort:
             self._serial.close()
             self._serial = None
 
-    def write(self, items: Sequence[bytes]) -> None:
-        """Send. Raises PortError when the port is lost."""
+    def write(self, items: Sequence[bytes | Break]) -> None:
+        """Send; a break takes its time. Raises PortError when the port is lost."""
         port = self._opened()
         try:
-            port.write(b"".join(items))
-        except OSError as error:
+            for item in items:
+                if isinstance(item, Break):
+                    port.flush()
+                    port.break_condition = True
+                    time.sleep(item.duration_s)
+                    port.break_condition = False
+                else:
+                    port.write(item)
+        except (OSError, termios.error) as error:
             raise self._lost(error) from error
 
     def read(self, timeout_s: float) -> Sequence[bytes]:
@@ -69,5 +90,5 @@ class SerialPort:
             raise PortError(f"{self._address}: not open")
         return self._serial
 
-    def _lost(self, error: OSError) -> PortError:
+    def _lost(self, error: Exception) -> PortError:
         return PortError(f"{self._address}: serial port lost, was it unplugged? ({error})")

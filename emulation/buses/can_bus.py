@@ -73,7 +73,7 @@ class CanBus(Bus[CanFrame, CanFrame]):
             self._deliver(self._on_wire)
         for node in self._nodes:
             node.advance(now_ns)
-            self._bids += [_Bid(frame, node) for frame in node.take(now_ns)]
+            self._bids += [_Bid(frame, node) for frame in node.take(now_ns) if node.has_contact(now_ns)]
         self._arbitrate(now_ns)
 
     def _deliver(self, bid: _Bid) -> None:
@@ -82,7 +82,7 @@ class CanBus(Bus[CanFrame, CanFrame]):
         if bid.sender is not None and self.present:
             self._received.append(replace(bid.frame, stamp_ns=end_ns))
         for node in self._nodes:
-            if node is not bid.sender and node.powered:
+            if node is not bid.sender and node.has_contact(end_ns):
                 node.receive(bid.frame, end_ns)
 
     def _arbitrate(self, now_ns: int) -> None:

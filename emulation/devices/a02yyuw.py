@@ -1,11 +1,14 @@
 """An emulated DFRobot A02YYUW: a ranger which fires by itself and sends FF H L SUM."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from random import Random
 
 from echogrid.drivers.bus import NEVER_NS
 from echogrid.emulation.devices.serial_device import SerialDevice
+from echogrid.emulation.devices.sonar import RANGING_VERBS, Sonar
 from echogrid.emulation.devices.surroundings import Surroundings
+from echogrid.emulation.faults import Verb
 
 BAUD = 9600
 _NEAREST = 0.03
@@ -40,44 +43,48 @@ class A02yyuwSensor(SerialDevice):
         options: A02yyuwOptions = A02yyuwOptions(),
     ) -> None:
         super().__init__(name, BAUD)
-        self._surroundings = surroundings
-        self._random = random
+        self._sonar = Sonar(surroundings, self.faults, random)
         self._options = options
         self._phase_ns = random.randrange(options.period_ns)
-        self._fire_ns = NEVER_NS
+        full_ns = round(2e9 * options.reach / surroundings.speed_of_sound)
+        self._listens_ns = min(full_ns, options.period_ns)
+        self._fire_ns = self._heard_ns = NEVER_NS
 
     def receive(self, data: bytes, now_ns: int) -> None:
         """Nothing: this sensor takes no commands."""
+
+    def _verbs(self) -> Mapping[str, Verb]:
+        return {**super()._verbs(), **RANGING_VERBS}
 
     def _power_up(self, now_ns: int) -> None:
         self._fire_ns = now_ns + self._phase_ns
 
     def _power_down(self) -> None:
-        self._fire_ns = NEVER_NS
+        self._fire_ns = self._heard_ns = NEVER_NS
         self.output.stop()
 
     def _next_ns(self) -> int:
-        return self._fire_ns
+        return min(self._fire_ns, self._heard_ns)
 
     def _step(self, now_ns: int) -> None:
-        if now_ns < self._fire_ns:
-            return
-        distance = self._heard(self._fire_ns)
-        flight_s = (
-            2 * (self._options.reach if distance is None else distance) / self._surroundings.speed_of_sound
-        )
-        start_ns = self._fire_ns + round(flight_s * 1e9) + self._options.lag_ns + self._delay_ns()
-        self.output.send(self._frame(distance), start_ns)
-        self._fire_ns += self._options.period_ns
+        if now_ns >= self._heard_ns:
+            self._tell(self._heard_ns - self._listens_ns)
+            self._heard_ns = NEVER_NS
+        if now_ns >= self._fire_ns:
+            self._sonar.fire(self._fire_ns)
+            self._heard_ns = self._fire_ns + self._listens_ns
+            self._fire_ns += self._options.period_ns * self._sonar.slowness
 
-    def _heard(self, fire_ns: int) -> float | None:
-        """The distance (m) of the first echo; None if there is none within reach."""
-        distances = (echo.distance for echo in self._surroundings.scene(fire_ns) if echo.margin >= 0)
-        return next((distance for distance in distances if distance <= self._options.reach), None)
+    def _tell(self, fired_ns: int) -> None:
+        """Send what was heard, so long after it came."""
+        distance = self._sonar.first(self._options.reach)
+        way = 2 * (self._options.reach if distance is None else distance)
+        came_ns = fired_ns + round(1e9 * way / self._sonar.speed_of_sound)
+        self.send(self._frame(distance), came_ns + self._options.lag_ns + self._delay_ns())
 
     def _frame(self, distance: float | None) -> bytes:
         if "garbage" in self.faults:
-            return self._random.randbytes(4)
+            return self._sonar.random.randbytes(4)
         if distance is None:
             return b"" if self._options.no_echo == _SILENT else frame(self._options.no_echo)
         if distance < _NEAREST:

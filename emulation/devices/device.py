@@ -2,11 +2,14 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping
+from zlib import crc32
 
 from echogrid.emulation.faults import Fallible, Verb
 
 DELAY_NS = 200_000_000
 """How late a delayed device is."""
+_SPELL_NS = 300_000_000
+"""A bad contact is good or bad for so long at a time."""
 
 
 def _nothing(now_ns: int) -> None:
@@ -39,6 +42,14 @@ class EmulatedDevice(Fallible):
     def powered(self) -> bool:
         """Whether nothing keeps its supply off."""
         return not self._outages
+
+    def has_contact(self, now_ns: int) -> bool:
+        """Whether it has power and its wire; a bad contact comes and goes by chance."""
+        if not (self.powered and self.connected):
+            return False
+        return "intermittent" not in self.faults or bool(
+            crc32(f"{self.name}/{now_ns // _SPELL_NS}".encode()) & 1
+        )
 
     def lose_power(self, cause: str, now_ns: int) -> None:
         """Take its supply; several causes may at once."""
@@ -83,6 +94,7 @@ class EmulatedDevice(Fallible):
             "unplug": Verb(self.unplug, self.plug_in),
             "garbage": LOOKED_UP,
             "delayed": LOOKED_UP,
+            "intermittent": LOOKED_UP,
         }
 
     def _delay_ns(self) -> int:

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from math import log10
 from random import Random
 
-from echogrid.drivers.bus import NEVER_NS
-from echogrid.emulation.devices.i2c_chip import I2cChip
+from echogrid.emulation.devices.i2c_ranger import I2cRanger
 from echogrid.emulation.devices.surroundings import Surroundings
 from echogrid.emulation.scene import Echo
 
@@ -47,7 +46,7 @@ class Srf08Options:
             raise ValueError(f"address {self.address:#x} is not one of a chip (0x08 to 0x7f, 7 bit)")
 
 
-class Srf08Chip(I2cChip):
+class Srf08Chip(I2cRanger):
     """Does not acknowledge while ranging. Its gain and range registers are lost with its power.
 
     What it hears in the blanking distance runs together with the transducer's ring-down: one first echo
@@ -63,15 +62,9 @@ class Srf08Chip(I2cChip):
         random: Random,
         options: Srf08Options = Srf08Options(),
     ) -> None:
-        super().__init__(name, options.address)
-        self._surroundings = surroundings
-        self._random = random
+        super().__init__(name, options.address, surroundings, random)
         self._options = options
         self._forget()
-
-    def acknowledges(self, now_ns: int) -> bool:
-        """Whether it takes part in the bus: with power, on its wire, and not ranging."""
-        return self.powered and self.connected and not self._fired_ns <= now_ns < self._done_ns
 
     def write(self, data: bytes, now_ns: int) -> None:
         """The register's number, and the values for it and those after it."""
@@ -80,26 +73,17 @@ class Srf08Chip(I2cChip):
         self._pointer = data[0]
         for register, value in enumerate(data[1:], start=data[0]):
             if register == _COMMAND:
-                self._begin(value, now_ns)
+                self._order(value, now_ns)
             elif register == _GAIN:
                 self._gain = min(value, len(GAINS) - 1)
             elif register == _RANGE:
                 self._range = value
 
-    def read(self, count: int) -> bytes:
+    def _registers(self, count: int) -> bytes:
         """So many registers from the one that was named."""
-        if "garbage" in self.faults:
-            return self._random.randbytes(count)
         registers = bytes((self._options.revision, self._light)) + self._echo_registers
         wanted = registers[self._pointer : self._pointer + count]
         return wanted.ljust(count, b"\0")
-
-    def _power_up(self, now_ns: int) -> None:
-        del now_ns
-        self._forget()
-
-    def _power_down(self) -> None:
-        self._forget()
 
     def _forget(self) -> None:
         self._gain = len(GAINS) - 1
@@ -108,36 +92,29 @@ class Srf08Chip(I2cChip):
         self._light = 0
         self._echo_registers = bytes(2 * _ECHOES)
         self._command = 0
-        self._fire_ns = NEVER_NS
-        self._fired_ns = self._done_ns = NEVER_NS
 
-    def _begin(self, command: int, now_ns: int) -> None:
+    def _order(self, command: int, now_ns: int) -> None:
         if command not in _UNITS and command != _US:
             return
         self._command = command
-        self._fire_ns = self._fired_ns = now_ns
-        self._done_ns = now_ns + _FULL_RANGING_NS * (self._range + 1) // 256 + self._delay_ns()
+        self._begin(now_ns, _FULL_RANGING_NS * (self._range + 1) // 256, round(self._gate_s() * 1e9))
 
-    def _next_ns(self) -> int:
-        return self._fire_ns
-
-    def _step(self, now_ns: int) -> None:
-        if now_ns < self._fire_ns:
-            return
-        echoes = self._surroundings.scene(self._fire_ns)
-        self._fire_ns = NEVER_NS
+    def _hear(self, echoes: Sequence[Echo]) -> None:
         self._light = self._options.light
         values = [self._value(flight_s) for flight_s in self._flights(echoes)]
         registers = b"".join(min(value, 0xFFFF).to_bytes(2, "big") for value in values[:_ECHOES])
         self._echo_registers = registers.ljust(2 * _ECHOES, b"\0")
 
+    def _gate_s(self) -> float:
+        return 2 * (self._range + 1) * _RANGE_STEP / self._options.speed_of_sound
+
     def _flights(self, echoes: Sequence[Echo]) -> list[float]:
         """The times of flight (s) that it tells apart, by its gain, its range gate and its burst."""
-        gate_s = 2 * (self._range + 1) * _RANGE_STEP / self._options.speed_of_sound
+        gate_s = self._gate_s()
         blanking_s = 2 * _BLANKING / self._options.speed_of_sound
         flights: list[float] = []
         for echo in echoes:
-            flight_s = max(2 * echo.distance / self._surroundings.speed_of_sound, blanking_s)
+            flight_s = max(2 * echo.distance / self.sonar.speed_of_sound, blanking_s)
             apart = not flights or flight_s - flights[-1] > _BURST_S
             if apart and flight_s <= gate_s and echo.margin + self._gain_db(flight_s) >= 0:
                 flights.append(flight_s)

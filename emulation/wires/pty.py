@@ -10,6 +10,7 @@ from pathlib import Path
 from random import Random
 from typing import TypeVar
 
+from echogrid.drivers.bus import Break
 from echogrid.drivers.clock import Clock
 from echogrid.emulation.buses.bus import Bus
 from echogrid.emulation.buses.serial_line import SerialLine
@@ -108,11 +109,12 @@ class TerminalWire(Wire[In, Out]):
         """Take what the client has sent."""
 
 
-class SerialWire(TerminalWire[bytes, bytes]):
-    """A serial line whose client must set the right speed: else both sides read garbage."""
+class SerialWire(TerminalWire[bytes, bytes | Break]):
+    """A serial line whose client must set the right speed: else both sides read garbage. No breaks show."""
 
     def __init__(self, line: SerialLine, link: Path, clock: Clock, loop: Loop, random: Random) -> None:
         super().__init__(line, link, clock, loop, line.baud)
+        line.lose_breaks()
         self._speed = _speed(line.baud)
         self._random = random
 

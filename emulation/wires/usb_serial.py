@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from random import Random
 
+from echogrid.drivers.bus import Break
 from echogrid.drivers.clock import Clock
 from echogrid.emulation.buses.serial_line import SerialLine
 from echogrid.emulation.wires.loop import Loop
@@ -24,11 +25,12 @@ _TOLERANCE = 0.03
 """How far off the speed may be: half a bit in ten and a half, less some for both sides."""
 
 
-class UsbSerialWire(Wire[bytes, bytes]):
+class UsbSerialWire(Wire[bytes, bytes | Break]):
     """A serial line whose client must set the right speed: else both sides read garbage."""
 
     def __init__(self, line: SerialLine, serial: str, clock: Clock, loop: Loop, random: Random) -> None:
         super().__init__(line, clock, loop)
+        line.lose_breaks()
         ends = (_TO_HOST, _FROM_HOST)
         self._identity = Identity(0x0403, 0x6001, 0x0600, "echogrid", "serial ranger", serial, ends)
         self._line_baud = line.baud

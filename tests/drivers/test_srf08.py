@@ -10,7 +10,7 @@ from echogrid.drivers.bus import I2cMessage, I2cResult, I2cTransfer
 from echogrid.drivers.device import Level, Line
 from echogrid.drivers.readings import Outcome, RangeReading, Reading
 from echogrid.drivers.role import RangerRole, Slot
-from echogrid.drivers.srf08 import PATIENCE_NS, Srf08, first_echo_us, gate_us, range_register, ready
+from echogrid.drivers.srf08 import PATIENCE_NS, Srf08, echoes_us, gate_us, range_register, ready
 
 MS = 1_000_000
 SPEED = 343.0
@@ -102,7 +102,7 @@ def test_impossible_settings_are_refused_by_name(key: str, value: int, allowed: 
 
 
 def test_registers_are_decoded() -> None:
-    assert first_echo_us(bytes.fromhex("09 80 44 5C")) == 17500
+    assert echoes_us(bytes.fromhex("09 80 44 5C")) == (17500,)
     assert ready(bytes.fromhex("09 80 44 5C"))
     assert not ready(BUSY)
     assert not ready(bytes(4))
@@ -180,7 +180,9 @@ def test_a_result_under_another_revision_is_invalid() -> None:
     bench.run(20 * MS)
     bench.registers = bytes([77]) + echo(10_000)[1:]
     bench.run(80 * MS)
-    assert [reading.reason for reading in bench.ranged()] == ["revision 77 was 9 at the set-up"]
+    assert [reading.reason for reading in bench.ranged()] == [
+        "revision 77 was 9 at the set-up: two devices at one address?"
+    ]
 
 
 def test_while_it_pings_it_is_polled_every_5_ms() -> None:

@@ -6,6 +6,7 @@ import pytest
 from echogrid.drivers.bus import NEVER_NS, CanFrame, I2cMessage, I2cTransfer
 from echogrid.drivers.clock import JumpingClock
 from echogrid.drivers.errors import PortError
+from echogrid.emulation.devices.surroundings import Surroundings
 from echogrid.emulation.errors import RobotSpecError, UnknownNameError
 from echogrid.emulation.robot import BusSpec, EmulatedRobot, RangerSpec, RobotSpec, WheelSpec
 from echogrid.emulation.scene import Echo
@@ -28,7 +29,7 @@ def robot(
 ) -> EmulatedRobot:
     return EmulatedRobot(
         RobotSpec(0.1, 0.4, buses, rangers, wheels),
-        lambda ranger: lambda fire_ns: (Echo(1.5, 20.0, "wall"),),
+        lambda ranger: Surroundings(lambda fire_ns: (Echo(1.5, 20.0, "wall"),), 343.21),
         lambda side, now_ns: tau * now_ns / SECOND,
     )
 
@@ -176,7 +177,7 @@ def test_an_unknown_name_is_told_with_the_nearest_one() -> None:
         (BUSES[2:], (RangerSpec("a", "srf08", "i2c", 0, 0, 0, {"address": 0xE0}),), "0xe0"),
         (BUSES[2:], (RANGERS[1], RangerSpec("b", "srf08", "i2c", 0, 0, 0, {"address": 0x71})), "share"),
         (BUSES[2:], (RANGERS[1], RANGERS[1]), "two parts of this name"),
-        (BUSES[:1], (), "carries one device, not 0"),
+        (BUSES[:1], (), "a serial line without a device"),
         ((BusSpec("port", "serial", 115200),), RANGERS[:1], "9600 baud, not 115200"),
         ((BusSpec("a/b", "can"),), (), "not a name"),
         ((BusSpec("spi", "spi"),), (), "no kind of bus 'spi'"),

@@ -12,6 +12,7 @@ import serial
 
 from echogrid.drivers.clock import MonotonicClock
 from echogrid.emulation.control import request
+from echogrid.emulation.devices.surroundings import Surroundings
 from echogrid.emulation.errors import ControlError, DirectoryError
 from echogrid.emulation.robot import BusSpec, EmulatedRobot, RangerSpec, RobotSpec, WheelSpec
 from echogrid.emulation.scene import Echo
@@ -34,7 +35,9 @@ SPEC = RobotSpec(
 
 def robot() -> EmulatedRobot:
     return EmulatedRobot(
-        SPEC, lambda ranger: lambda fire_ns: (Echo(1.5, 20.0, "wall"),), lambda side, now_ns: 0.0
+        SPEC,
+        lambda ranger: Surroundings(lambda fire_ns: (Echo(1.5, 20.0, "wall"),), 343.21),
+        lambda side, now_ns: 0.0,
     )
 
 
@@ -186,7 +189,9 @@ def test_faults_are_begun_listed_and_cleared_by_name(directory: Path) -> None:
     assert front == {"name": "front", "verb": "off", "for_s": None}
     assert (left["name"], left["verb"]) == ("left", "delayed")
     assert 0 < left["for_s"] <= 60.0
-    assert set(listed["verbs"]["wheel"]) == {"off", "unplug", "garbage", "delayed", "encoder_lost"}
+    assert set(listed["verbs"]["wheel"]) == {
+        *("off", "unplug", "garbage", "delayed", "intermittent", "encoder_lost")
+    }
     control(directory, clear="front")
     with i2c_client(directory) as client:
         assert i2c(client, read_registers(0, 1))[0] == 0
@@ -196,7 +201,7 @@ def test_faults_are_begun_listed_and_cleared_by_name(directory: Path) -> None:
     ("message", "error"),
     [
         ({"fault": "fron", "verb": "off"}, "did you mean 'front'"),
-        ({"fault": "front", "verb": "melt"}, "delayed, garbage, off, unplug"),
+        ({"fault": "front", "verb": "melt"}, "address_conflict, delayed, garbage, intermittent"),
         ({"fault": "front", "verb": "off", "for_s": -1}, "for_s"),
         ({"clear": "nobody"}, "no device or bus 'nobody'"),
         ({"hello": 1}, "not understood"),

@@ -188,11 +188,13 @@ def test_an_unplugged_adapter_leaves_its_chips_without_power() -> None:
 
 
 def test_an_unknown_verb_is_told_with_those_which_there_are() -> None:
-    with pytest.raises(UnknownVerbError, match=r"front: no fault 'explode' \(there are: delayed, garbage"):
+    with pytest.raises(
+        UnknownVerbError, match=r"front: no fault 'explode' \(there are: address_conflict, delayed, garbage"
+    ):
         chip().fault("explode", 0)
 
 
-def test_the_scene_is_asked_for_the_time_of_fire() -> None:
+def test_the_scene_is_asked_for_the_time_of_fire_when_it_has_listened() -> None:
     asked: list[int] = []
 
     def scene(fire_ns: int) -> tuple[Echo, ...]:
@@ -201,4 +203,6 @@ def test_the_scene_is_asked_for_the_time_of_fire() -> None:
 
     host = Host(Srf08Chip("front", Surroundings(scene, SPEED), Random(1)))
     ping = host.write(0, 0x51)
+    host.now_ns += 65 * MS
+    host.read(0, 1)
     assert asked == [ping.end_ns]

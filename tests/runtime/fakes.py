@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 
 from echogrid.drivers.bus import NEVER_NS
-from echogrid.drivers.device import Health, Level, Step
+from echogrid.drivers.device import Health, State, Step
 from echogrid.drivers.errors import PortError
 from echogrid.drivers.readings import Outcome, RangeReading, Reading, WheelReading
 
@@ -84,7 +84,7 @@ class Parrot:
         self.losses.append(now_ns)
 
     def health(self, now_ns: int) -> Health:
-        return Health(Level.OK, "talking", {"losses": len(self.losses)})
+        return Health(State.WELL, "talking", {"losses": len(self.losses)})
 
 
 class MishapError(Exception):

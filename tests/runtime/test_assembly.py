@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from echogrid.drivers.role import Slot
-from echogrid.runtime import assembly, robot_file
+from echogrid.runtime import assembly, firing, lines, robot_file
 from echogrid.runtime.config import Config, FiringConfig
 from echogrid.runtime.emulated import DEFAULT_ROBOT
 from echogrid.runtime.errors import ConfigError, UsageError
@@ -17,21 +17,21 @@ def config() -> Config:
 
 
 def test_every_device_hangs_on_its_bus_in_the_order_of_the_file(config: Config) -> None:
-    lines = {line.name: [device.name for device in line.devices] for line in assembly.lines(config)}
-    assert lines["ring_bus"] == [f"ring_{angle}" for angle in range(0, 360, 45)]
-    assert lines["wheel_bus"] == ["left", "right"]
-    assert lines["rear_left_line"] == ["rear_left"]
+    on_buses = {line.name: [device.name for device in line.devices] for line in lines.lines(config)}
+    assert on_buses["ring_bus"] == [f"ring_{angle}" for angle in range(0, 360, 45)]
+    assert on_buses["wheel_bus"] == ["left", "right"]
+    assert on_buses["rear_left_line"] == ["rear_left"]
 
 
 def test_opposite_rangers_of_a_group_fire_together_and_groups_take_turns(config: Config) -> None:
-    slots = assembly.firing_slots(config)
+    slots = firing.firing_slots(config)
     assert slots["ring_0"] == slots["ring_180"] == Slot(280 * MS, 0)
     assert slots["ring_45"] == slots["ring_225"] == Slot(280 * MS, 140 * MS)
     assert "front_left" not in slots
 
 
 def test_without_groups_they_fire_one_by_one(config: Config) -> None:
-    slots = assembly.firing_slots(replace(config, firing=FiringConfig(gap_ms=60.0)))
+    slots = firing.firing_slots(replace(config, firing=FiringConfig(gap_ms=60.0)))
     assert [slot.offset_ns for slot in slots.values()] == [turn * 60 * MS for turn in range(12)]
     assert {slot.period_ns for slot in slots.values()} == {720 * MS}
 
@@ -40,14 +40,14 @@ def test_a_sensor_without_a_driver_can_be_mapped_but_not_run(config: Config) -> 
     bare = replace(config, sensor=(replace(config.sensor[0], driver=None),))
     assert assembly.geometry(bare).rows == 400
     with pytest.raises(ConfigError, match=r"sensor\[0\]: ring_0: `driver` and `bus` are needed to run"):
-        assembly.lines(bare)
+        lines.lines(bare)
 
 
 def test_a_run_needs_both_wheels(config: Config) -> None:
     with pytest.raises(
         ConfigError, match="a run needs a \\[\\[wheel\\]\\] named `left` and one named `right`"
     ):
-        assembly.lines(replace(config, wheel=config.wheel[:1]))
+        lines.lines(replace(config, wheel=config.wheel[:1]))
 
 
 @pytest.mark.parametrize(("width", "resolution"), [(1e9, 0.1), (1e300, 0.005), (float("nan"), 1.0)])
@@ -67,7 +67,7 @@ def test_devices_that_would_answer_for_each_other_are_refused_with_both_names() 
     sensors[-1] = replace(sensors[-1], bus=sensors[-2].bus)
     wheels = tuple(replace(wheel, settings={}) for wheel in config.wheel)
     with pytest.raises(ConfigError) as told:
-        assembly.lines(replace(config, sensor=tuple(sensors), wheel=wheels))
+        lines.lines(replace(config, sensor=tuple(sensors), wheel=wheels))
     text = str(told.value)
     assert f"{sensors[1].name} and {sensors[0].name} share address 112" in text
     assert f"{sensors[-1].name} and {sensors[-2].name} share the serial line" in text

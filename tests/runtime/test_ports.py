@@ -6,7 +6,7 @@ import pytest
 
 from echogrid.drivers.bus import Port
 from echogrid.drivers.errors import PortError
-from echogrid.runtime import assembly, robot_file
+from echogrid.runtime import lines, robot_file
 from echogrid.runtime.config import BusConfig, Config
 from echogrid.runtime.emulated import DEFAULT_ROBOT
 from echogrid.runtime.errors import ConfigError
@@ -19,7 +19,7 @@ def with_bus(name: str, **changes: Any) -> Config:
 
 
 def ports(config: Config, folder: Path) -> dict[str, Port[Any, Any]]:
-    return real_ports(config, assembly.lines(config), folder)
+    return real_ports(config, lines.lines(config), folder)
 
 
 @pytest.mark.parametrize(

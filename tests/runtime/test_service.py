@@ -4,7 +4,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from echogrid.drivers.device import Health, Level
+from echogrid.drivers.device import Health, State
 from echogrid.drivers.readings import RangeReading, Reading
 from echogrid.mapping.wheel_pair import WheelAngles
 from echogrid.runtime.acquisition import DeviceReport
@@ -15,7 +15,7 @@ from echogrid.runtime.status import Status
 from .fakes import MS, SECOND, HandClock, echo
 from .test_fusion import drive, fusion
 
-REPORTS = [DeviceReport("front", "line", Health(Level.WARN, "hoarse", {"echo": 3, "a": 1}))]
+REPORTS = [DeviceReport("front", "line", Health(State.FAULTY, "hoarse", {"echo": 3, "a": 1}))]
 
 
 class Supply:

@@ -1,0 +1,260 @@
+"""A ranger which pings when it is told to: set up, wait for the turn, fire, wait for the answer, report."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import nan
+from typing import Generic, Protocol
+
+from echogrid.drivers.bus import Result, Transfer
+from echogrid.drivers.course import Course, Pilot
+from echogrid.drivers.device import Health, State, Step
+from echogrid.drivers.readings import Outcome, RangeReading, classify
+from echogrid.drivers.role import Call, RangerRole, Slot, Turn
+
+MILLISECOND_NS = 1_000_000
+POLL_NS = 5 * MILLISECOND_NS
+LATEST_NS = 10 * MILLISECOND_NS
+"""A turn which is missed by more is left to the neighbours."""
+FIRST_BACK_OFF_NS = 100 * MILLISECOND_NS
+LONGEST_BACK_OFF_NS = 2_000 * MILLISECOND_NS
+STALLED_NS = 500 * MILLISECOND_NS
+
+
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """Why a ranger can't be used."""
+
+    state: State
+    message: str
+    """With what to do about it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fired:
+    """A ping under way, or why there is none."""
+
+    stamp_ns: int
+    """When the sound left."""
+    error_ns: int
+    trouble: str = ""
+    """Why it did not fire; empty if it did."""
+    data: bytes = b""
+    """The answer, from rangers which give it as the reply to the command."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What a ranger says of a ping."""
+
+    distances: tuple[float, ...] = ()
+    """m, nearest first; none: nothing was heard."""
+    nearest: float = 0.0
+    """m: its own word for how near it can hear at present."""
+    doubt: str = ""
+    """Why this cannot be the answer; empty if it can."""
+    state: State = State.FAULTY
+    """What it means if it cannot."""
+    gone: bool = True
+    """Whether a doubtful answer means that the device has to be set up anew."""
+
+
+class Make(Protocol[Transfer]):
+    """How rangers of one make are talked to: what to send, and what the answers mean."""
+
+    where: str
+    """Its place on the bus, for messages."""
+    idle: Transfer
+    """Any transfer."""
+    ping_ns: int
+    """From the command to the answer."""
+    patience_ns: int
+    """How long past that it may be busy."""
+    rest_ns: int
+    """The least from a ping to the next."""
+
+    def set_up(self) -> Course[Transfer, Trouble | None]:
+        """Make it ready to fire; what is wrong, if it can't be."""
+        ...
+
+    def fire(self, listens: bool) -> Course[Transfer, Fired]:
+        """Start a ping, or what is the same without the sound."""
+        ...
+
+    def fire_all(self) -> Course[Transfer, Fired]:
+        """Start a ping of all rangers of the make on the bus; asked of role.Call.ALL only."""
+        ...
+
+    def called(self, result: Result[Transfer]) -> Fired | None:
+        """The ping that another one's `fire_all` started; None if this is something else."""
+        ...
+
+    def collect(self) -> Course[Transfer, bytes]:
+        """The answer; nothing while it is busy."""
+        ...
+
+    def answer(self, data: bytes) -> Answer:
+        """What the answer means."""
+        ...
+
+
+class CommandedRanger(Generic[Transfer]):
+    """Takes one ranger through its turns. Every ping gives exactly one reading."""
+
+    def __init__(self, role: RangerRole, make: Make[Transfer]) -> None:
+        self.name = role.name
+        self._role = role
+        self._make = make
+        self._slot = role.slot or Slot(make.ping_ns + make.rest_ns, 0)
+        self._counts: Counter[str] = Counter()
+        self._fired_ns = -make.rest_ns
+        self._ping: Fired | None = None
+        self._called: Fired | None = None
+        self._listens = False
+        self._present = False
+        self._trouble = Trouble(State.SETTING_UP, "not set up yet")
+        self._latest: RangeReading | None = None
+        self._readings: list[RangeReading] = []
+        self._pilot = Pilot(make.idle)
+        self._pilot.start(self._live(), 0)
+
+    def step(self, now_ns: int, received: Sequence[Result[Transfer]]) -> Step[Transfer]:
+        """Take the results of own transfers and say what comes next."""
+        if self._role.call is Call.CALLED:
+            self._overhear(now_ns, received)
+        send = self._pilot.step(now_ns, received)
+        readings = tuple(self._readings)
+        self._readings.clear()
+        return Step(readings, send, self._pilot.deadline_ns)
+
+    def lost(self, now_ns: int) -> None:
+        """The port was lost: the ping under way is void, and the device may have lost its set-up with it."""
+        if self._ping is not None:
+            self._report(self._stamped(self._ping, Outcome.INVALID, self._role.farthest, "port lost"))
+        self._present = False
+        self._pilot.start(self._live(), now_ns)
+
+    def health(self, now_ns: int) -> Health:
+        """How it is."""
+        counts = dict(self._counts)
+        if self._pilot.unanswered:
+            counts["unanswered transfers"] = self._pilot.unanswered
+        trouble = self._condition(now_ns)
+        return Health(trouble.state, trouble.message, counts)
+
+    def _condition(self, now_ns: int) -> Trouble:
+        if not self._present:
+            return self._trouble
+        patience_ns = 3 * self._slot.period_ns + STALLED_NS
+        if self._latest is None or now_ns - self._latest.stamp_ns > patience_ns:
+            return Trouble(
+                State.STALLED, f"no reading from {self._make.where} for a while: is its bus held up?"
+            )
+        if self._latest.outcome is Outcome.INVALID:
+            return Trouble(State.FAULTY, f"invalid reading: {self._latest.reason}")
+        return Trouble(State.WELL, "ranging")
+
+    def _overhear(self, now_ns: int, received: Sequence[Result[Transfer]]) -> None:
+        """See whether another one's general call has fired this ranger."""
+        for result in received:
+            if self._present and self._ping is None and (fired := self._make.called(result)):
+                self._called = fired
+                self._pilot.now_ns = now_ns
+                self._pilot.wake()
+
+    def _live(self) -> Course[Transfer, None]:
+        while True:
+            yield from self._set_up()
+            while self._present:
+                yield from self._take_turn()
+
+    def _set_up(self) -> Course[Transfer, None]:
+        """Come back when the ranger is there and knows its settings."""
+        back_off_ns = FIRST_BACK_OFF_NS
+        while trouble := (yield from self._make.set_up()):
+            self._trouble = trouble
+            self._counts[trouble.state.value] += 1
+            yield self._pilot.now_ns + back_off_ns
+            back_off_ns = min(2 * back_off_ns, LONGEST_BACK_OFF_NS)
+        self._counts["set-ups"] += 1
+        self._present = True
+
+    def _take_turn(self) -> Course[Transfer, None]:
+        """Wait for the turn, fire, and report what became of it."""
+        fired = yield from (self._await_call() if self._role.call is Call.CALLED else self._fire())
+        if fired is None:
+            return
+        self._fired_ns = fired.stamp_ns
+        if fired.trouble:
+            self._counts["failed to fire"] += 1
+            self._give_up(Trouble(State.MISSING, f"{self._make.where} did not take the command to fire"))
+            return
+        self._ping = fired
+        data = fired.data or (yield from self._awaited(fired.stamp_ns + self._make.ping_ns))
+        self._report(self._reading(fired, data))
+
+    def _fire(self) -> Course[Transfer, Fired | None]:
+        turn = self._slot.next_turn(max(self._pilot.now_ns, self._fired_ns + self._make.rest_ns))
+        yield turn.start_ns
+        if self._pilot.now_ns - turn.start_ns > LATEST_NS:
+            self._counts["missed slots"] += 1
+            return None
+        self._listens = turn.listens
+        if self._role.call is Call.ALL:
+            return (yield from self._make.fire_all())
+        return (yield from self._make.fire(turn.listens))
+
+    def _await_call(self) -> Course[Transfer, Fired | None]:
+        """Wait until another one fires for all, or for so long that it must have forgotten to."""
+        turn: Turn = self._slot.next_turn(self._pilot.now_ns)
+        self._called = None
+        yield turn.start_ns + self._slot.period_ns + LATEST_NS
+        if self._called is None:
+            self._counts["missed slots"] += 1
+        return self._called
+
+    def _awaited(self, expected_ns: int) -> Course[Transfer, bytes]:
+        """The answer when the ping is over, or nothing if that takes too long."""
+        yield expected_ns
+        while not (data := (yield from self._make.collect())):
+            self._counts["busy"] += 1
+            if self._pilot.now_ns + POLL_NS > expected_ns + self._make.patience_ns:
+                return b""
+            yield self._pilot.now_ns + POLL_NS
+        return data
+
+    def _reading(self, ping: Fired, data: bytes) -> RangeReading:
+        """An answer that cannot be may mean that it is gone, or forgot its settings: it is set up again."""
+        answer = self._make.answer(data) if data else Answer(doubt="not ready in time", state=State.MISSING)
+        if answer.doubt:
+            if answer.gone:
+                self._give_up(Trouble(answer.state, f"{self._make.where}: {answer.doubt}"))
+            return self._stamped(ping, Outcome.INVALID, self._role.farthest, answer.doubt, data)
+        if not answer.distances:
+            return self._stamped(ping, Outcome.NO_ECHO, self._role.farthest, raw=data)
+        measured, *later = answer.distances
+        nearest = max(self._role.nearest, answer.nearest)
+        outcome, _ = classify(measured, nearest, self._role.farthest)
+        reading = self._stamped(ping, outcome, min(measured, self._role.farthest), raw=data)
+        return replace(reading, later=tuple(later)) if later and outcome is Outcome.ECHO else reading
+
+    def _give_up(self, trouble: Trouble) -> None:
+        self._present = False
+        self._trouble = trouble
+
+    def _stamped(
+        self, ping: Fired, outcome: Outcome, reached: float, reason: str = "", raw: bytes = b""
+    ) -> RangeReading:
+        """The reading whose sound had gone `reached` metres at the moment that counts."""
+        stamp_ns = ping.stamp_ns + round(reached / self._role.speed_of_sound * 1e9)
+        distance = reached if outcome is Outcome.ECHO else nan
+        return RangeReading(
+            stamp_ns, ping.error_ns, self.name, outcome, distance, raw, reason, listened=self._listens
+        )
+
+    def _report(self, reading: RangeReading) -> None:
+        kind = "listened" if reading.listened else reading.outcome.value
+        self._counts[kind] += 1
+        self._latest = reading
+        self._readings.append(reading)
+        self._ping = None

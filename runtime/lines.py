@@ -1,0 +1,116 @@
+"""The devices of each bus, as configured: resolved, checked against each other, put together."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from echogrid.drivers import registry
+from echogrid.drivers.device import BusLine, Device
+from echogrid.drivers.errors import UnknownDriverError
+from echogrid.drivers.registry import Driver
+from echogrid.drivers.role import RangerRole, WheelRole
+from echogrid.drivers.sound import speed_of_sound
+from echogrid.runtime.config import Config, SensorConfig, WheelConfig
+from echogrid.runtime.errors import ConfigError
+from echogrid.runtime.firing import firing_slots
+from echogrid.runtime.toml_lines import Place
+from echogrid.runtime.toml_values import Problem, structured
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """One entry with its driver and what that makes of its settings."""
+
+    place: Place
+    name: str
+    bus: str
+    driver: Driver
+    settings: Any
+    device: Device[Any, Any]
+
+    @property
+    def identity(self) -> tuple[str, object]:
+        """What tells it from the others on its bus."""
+        key = self.driver.identity
+        return key, getattr(self.settings, key) if key else None
+
+
+def lines(config: Config) -> list[BusLine[Any, Any]]:
+    """The devices of each bus. Raises ConfigError with every driver or setting that is wrong."""
+    problems: list[Problem] = []
+    parts = list(_parts(config, problems))
+    problems += _doubles(parts)
+    problems += _mixtures(parts)
+    if {wheel.name for wheel in config.wheel} != {"left", "right"}:
+        problems.append(((), "a run needs a [[wheel]] named `left` and one named `right`"))
+    if problems:
+        raise ConfigError(problems)
+    attached = {bus.name: [part for part in parts if part.bus == bus.name] for bus in config.bus}
+    return [own[0].driver.line(bus, [part.device for part in own]) for bus, own in attached.items() if own]
+
+
+def _parts(config: Config, problems: list[Problem]) -> Iterator[_Part]:
+    """Every entry that is right by itself; what is wrong with the others goes to `problems`."""
+    slots = firing_slots(config)
+    speed = speed_of_sound(config.robot.air_temperature_c)
+    for index, sensor in enumerate(config.sensor):
+        role = RangerRole(sensor.name, sensor.min_m, sensor.max_m, slots.get(sensor.name), speed)
+        yield from _part(config, sensor, role, ("sensor", index), problems)
+    for index, wheel in enumerate(config.wheel):
+        wheel_role = WheelRole(wheel.name, wheel.gear, wheel.fastest_rad_s)
+        yield from _part(config, wheel, wheel_role, ("wheel", index), problems)
+
+
+def _part(
+    config: Config,
+    entry: SensorConfig | WheelConfig,
+    role: RangerRole | WheelRole,
+    place: Place,
+    problems: list[Problem],
+) -> Iterator[_Part]:
+    if entry.driver is None or entry.bus is None:
+        problems.append((place, f"{entry.name}: `driver` and `bus` are needed to run"))
+        return
+    try:
+        driver = registry.driver(entry.driver)
+    except UnknownDriverError as error:
+        problems.append(((*place, "driver"), str(error)))
+        return
+    kind = next(bus.kind for bus in config.bus if bus.name == entry.bus)
+    if driver.bus != kind:
+        speaks = f"{entry.driver} speaks {driver.bus}, but bus {entry.bus!r} is {kind}"
+        problems.append(((*place, "bus"), speaks))
+    settings, wrong = structured(dict(entry.settings), driver.Settings)
+    problems += [((*place, *key), what) for key, what in wrong]
+    if wrong:
+        return
+    try:
+        yield _Part(place, entry.name, entry.bus, driver, settings, driver(role, settings))
+    except ValueError as error:
+        problems.append((place, str(error)))
+
+
+def _doubles(parts: list[_Part]) -> Iterator[Problem]:
+    """Devices that would answer for each other: two of one address on a bus, two on one serial line."""
+    owners: dict[tuple[str, str, object], str] = {}
+    for part in parts:
+        key, value = part.identity
+        other = owners.setdefault((part.bus, key, value), part.name)
+        if other != part.name:
+            same = f"{key} {value}" if key else "the serial line"
+            yield (*part.place, key or "bus"), f"{part.name} and {other} share {same} of bus {part.bus!r}"
+
+
+def _mixtures(parts: list[_Part]) -> Iterator[Problem]:
+    """Devices that can't be on one bus: they talk at other speeds, or one of them talks unasked."""
+    firsts: dict[str, _Part] = {}
+    for part in parts:
+        first = firsts.setdefault(part.bus, part)
+        if part.driver.line is not first.driver.line:
+            yield (*part.place, "bus"), f"{part.name} and {first.name} can't share bus {part.bus!r}"
+        elif part.device.port_options != first.device.port_options:
+            ways = f"{dict(part.device.port_options)} and {dict(first.device.port_options)}"
+            yield (
+                (*part.place, "bus"),
+                f"{part.name} and {first.name} differ on bus {part.bus!r}: {ways}",
+            )
