@@ -1,4 +1,4 @@
-"""What drivers of spoken-to serial devices share: requests and replies as courses, the moment of a command."""
+"""What drivers of spoken-to serial devices share: requests and replies as courses, and when they fired."""
 
 from collections.abc import Callable
 from errno import ETIMEDOUT

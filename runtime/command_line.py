@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from echogrid import __version__
 from echogrid.drivers.errors import EchogridError
-from echogrid.runtime.commands import emulate, evaluate, fault, make_map, run
+from echogrid.runtime.commands import emulate, evaluate, fault, make_map, read, run, scan
 from echogrid.runtime.errors import UsageError
 
-_COMMANDS = (run, make_map, emulate, fault, evaluate)
+_COMMANDS = (run, make_map, scan, read, emulate, fault, evaluate)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

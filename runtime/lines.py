@@ -49,6 +49,15 @@ def lines(config: Config) -> list[BusLine[Any, Any]]:
     return [own[0].driver.line(bus, [part.device for part in own]) for bus, own in attached.items() if own]
 
 
+def line_of(config: Config) -> BusLine[Any, Any]:
+    """The line of the only device that is configured. Raises ConfigError if it is wrong."""
+    problems: list[Problem] = []
+    parts = list(_parts(config, problems))
+    if problems:
+        raise ConfigError(problems)
+    return parts[0].driver.line(parts[0].bus, [parts[0].device])
+
+
 def _parts(config: Config, problems: list[Problem]) -> Iterator[_Part]:
     """Every entry that is right by itself; what is wrong with the others goes to `problems`."""
     slots = firing_slots(config)

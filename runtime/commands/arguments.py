@@ -36,6 +36,17 @@ def length(text: str) -> float:
     return metres
 
 
+def count(text: str) -> int:
+    """A whole number from 1 on."""
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no count (a whole number from 1 on)")
+    return number
+
+
 def seed(text: str) -> int:
     """A whole number from 0 on."""
     try:

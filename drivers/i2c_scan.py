@@ -1,0 +1,95 @@
+"""Which rangers are on an I2C bus, by what their registers say: nothing is commanded, and nothing changed."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from echogrid.drivers.bus import I2cTransfer
+from echogrid.drivers.course import Course
+from echogrid.drivers.i2c_chip import Chip
+
+LOOKED_AT = 6
+"""Registers from 0 on."""
+DEVANTECH = range(0x70, 0x80)
+URM09, URM13, RCWL9620 = 0x11, 0x12, 0x57
+RANGERS = (URM09, URM13, RCWL9620, *DEVANTECH)
+"""Where rangers are: only there a register is named, which writes a byte."""
+OTHERS = tuple(address for address in range(0x08, 0x78) if address not in RANGERS)
+UNUSED = 0x80
+"""What register 1 of an SRF02 or SRF10 reads."""
+BRIGHTEST = 248
+"""The most that an SRF08's light sensor reads there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """Somebody who acknowledges."""
+
+    address: int
+    """7 bit."""
+    registers: bytes
+    """0 and following; nothing if no register was named."""
+    has_registers: bool
+    """Whether the register that is named makes a difference."""
+
+    @property
+    def drivers(self) -> tuple[str, ...]:
+        """Those which it may be, by what it says."""
+        return tuple(name for name, fits in _FITS.items() if self.registers and fits(self))
+
+
+def look_round(addresses: tuple[int, ...]) -> Course[I2cTransfer, tuple[Sighting, ...]]:
+    """Everybody who acknowledges at one of the addresses."""
+    found: list[Sighting] = []
+    for address in addresses:
+        sighting = yield from _look(address)
+        if sighting is not None:
+            found.append(sighting)
+    return tuple(found)
+
+
+def _look(address: int) -> Course[I2cTransfer, Sighting | None]:
+    chip = Chip(address)
+    if address not in RANGERS:
+        return Sighting(address, b"", False) if (yield from chip.take(1)) else None
+    registers = yield from chip.read(0, LOOKED_AT)
+    if not registers:
+        return None
+    second = yield from chip.read(1, 2)
+    return Sighting(address, registers, second == registers[1:3] and len(set(registers[:3])) > 1)
+
+
+def _is_devantech(sighting: Sighting) -> bool:
+    return sighting.address in DEVANTECH and sighting.has_registers and _revised(sighting)
+
+
+def _is_srf02_or_srf10(sighting: Sighting) -> bool:
+    return _is_devantech(sighting) and sighting.registers[1] == UNUSED
+
+
+def _is_srf08(sighting: Sighting) -> bool:
+    """Its light may be just what is read in the others' unused register."""
+    return _is_devantech(sighting) and sighting.registers[1] <= BRIGHTEST
+
+
+def _revised(sighting: Sighting) -> bool:
+    return sighting.registers[0] not in (0x00, 0xFF)
+
+
+def _urm(identity: int) -> Callable[[Sighting], bool]:
+    """It tells its own address, and which part it is."""
+
+    def fits(sighting: Sighting) -> bool:
+        return sighting.registers[:2] == bytes((sighting.address, identity))
+
+    return fits
+
+
+_FITS: Mapping[str, Callable[[Sighting], bool]] = {
+    "srf02": _is_srf02_or_srf10,
+    "srf10": _is_srf02_or_srf10,
+    "srf08": _is_srf08,
+    "i2cxl": lambda sighting: sighting.address in DEVANTECH and not sighting.has_registers,
+    "urm09": _urm(0x01),
+    "urm13-i2c": _urm(0x02),
+    "rcwl-9620": lambda sighting: sighting.address == RCWL9620 and not sighting.has_registers,
+}

@@ -1,0 +1,52 @@
+"""A reading as text: for a person, and for a program."""
+
+from math import isnan
+from typing import Any
+
+from echogrid.drivers.readings import Outcome, RangeReading, Reading
+
+
+def as_line(reading: Reading, start_ns: int) -> str:
+    """One line; times count from the start."""
+    seconds = (reading.stamp_ns - start_ns) * 1e-9
+    raw = reading.raw.hex(" ")
+    if isinstance(reading, RangeReading):
+        said = _said(reading)
+        later = "".join(f", {distance:.3f}" for distance in reading.later)
+        return f"{seconds:9.3f} s  {reading.sensor}  {said}{later}  [{raw}]"
+    turned = f"{reading.angle:+.4f} rad  {reading.rate:+.3f} rad/s{'  restarted' * reading.discontinuity}"
+    return f"{seconds:9.3f} s  {reading.wheel}  {turned}  [{raw}]"
+
+
+def _said(reading: RangeReading) -> str:
+    if reading.outcome is Outcome.ECHO:
+        return f"{reading.distance:7.3f} m"
+    if reading.outcome is Outcome.INVALID:
+        return f"invalid: {reading.reason}"
+    return str(reading.outcome.value)
+
+
+def as_object(reading: Reading) -> dict[str, Any]:
+    """What JSON can carry: null where there is no number."""
+    common = {
+        "stamp_ns": reading.stamp_ns,
+        "stamp_error_ns": reading.stamp_error_ns,
+        "raw": reading.raw.hex(),
+    }
+    if isinstance(reading, RangeReading):
+        return {
+            "sensor": reading.sensor,
+            "outcome": reading.outcome.value,
+            "distance_m": None if isnan(reading.distance) else reading.distance,
+            "later_m": list(reading.later),
+            "reason": reading.reason,
+            "listened": reading.listened,
+            **common,
+        }
+    return {
+        "wheel": reading.wheel,
+        "angle_rad": reading.angle,
+        "rate_rad_s": reading.rate,
+        "discontinuity": reading.discontinuity,
+        **common,
+    }

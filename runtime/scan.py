@@ -1,0 +1,143 @@
+"""Which rangers hang on the machine's ports: I2C by their registers, serial ones by listening.
+
+Nothing is sent that lets a device do something, unless it is asked for.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from echogrid.drivers import i2c_scan, registry
+from echogrid.drivers.bus import I2cTransfer
+from echogrid.drivers.clock import Clock
+from echogrid.drivers.conversation import Conversation
+from echogrid.drivers.device import Device, Line
+from echogrid.drivers.errand import Errand
+from echogrid.drivers.errors import PortError
+from echogrid.drivers.readings import Outcome, RangeReading
+from echogrid.drivers.role import RangerRole
+from echogrid.drivers.transports.ports import make_port
+from echogrid.runtime import lone_device
+from echogrid.runtime.errors import UsageError
+from echogrid.runtime.lone_bus import lone_bus
+
+_LOOK_S = 5.0
+"""For all addresses of an I2C bus."""
+_LISTEN_S = 1.2
+"""At one speed; the slowest rangers send once in 0.7 s."""
+_ASK_S = 1.5
+"""For one driver to bring a reading."""
+_ENOUGH = 2
+"""Readings that prove a ranger: noise may look like one."""
+_SOCKET = "unix:"
+_ROLE = RangerRole("scan", 0.0, 100.0, None, 343.2)
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A device, or what can be said of one."""
+
+    port: str
+    drivers: tuple[str, ...]
+    """Those which it may be; none: an unknown device."""
+    address: int | None
+    settings: dict[str, Any]
+    """What the driver must be told to talk to it."""
+    reading: str = ""
+    """What it said."""
+
+
+def machine_ports() -> list[str]:
+    """The ports of this machine on which rangers may be."""
+    serial = ("ttyUSB*", "ttyACM*", "ttyAMA*", "serial0")
+    buses = sorted(Path("/dev").glob("i2c-*"))
+    lines = [path for pattern in serial for path in sorted(Path("/dev").glob(pattern))]
+    return [str(path) for path in (*buses, *lines)]
+
+
+def scan(port: str, asks: bool, clock: Clock) -> Iterator[Found]:
+    """What is on a port. Raises PortError if it does not open."""
+    on_i2c = port.startswith((_SOCKET, "/dev/i2c-"))
+    for found in _on_i2c(port, clock) if on_i2c else _heard(port, clock):
+        yield _asked(found, clock) if asks and on_i2c else found
+    if asks and not on_i2c:
+        yield from _answering(port, clock)
+
+
+def _on_i2c(port: str, clock: Clock) -> Iterator[Found]:
+    def course(_: Errand[I2cTransfer, tuple[i2c_scan.Sighting, ...]]) -> Any:
+        return i2c_scan.look_round(i2c_scan.RANGERS + i2c_scan.OTHERS)
+
+    errand = Errand(course, I2cTransfer(()), {})
+    with lone_bus(Line(port, [errand]), make_port("i2c", port), clock) as bus:
+        bus.turn_until(lambda: errand.done, _LOOK_S)
+    for sighting in sorted(errand.outcome or (), key=lambda each: each.address):
+        yield Found(port, sighting.drivers, sighting.address, {"address": sighting.address})
+
+
+def _asked(found: Found, clock: Clock) -> Found:
+    """The same, after one ping by each driver that it may be: the first which understands it is the one."""
+    for driver in found.drivers:
+        if said := _said(driver, found.port, found.settings, clock):
+            return Found(found.port, (driver,), found.address, found.settings, said)
+    return found
+
+
+def _heard(port: str, clock: Clock) -> Iterator[Found]:
+    """Rangers which send unasked: all such drivers listen at once, at one speed after the other."""
+    for baud, drivers in _listeners().items():
+        devices: list[Device[Any, Any]] = [
+            registry.driver(name)(_ROLE, registry.driver(name).Settings()) for name in drivers
+        ]
+        options = {"baud": baud}
+        with lone_bus(Line(port, devices), make_port("serial", port, options), clock) as bus:
+            bus.turn_until(lambda bus=bus: bus.waiting > 2 * _ENOUGH, _LISTEN_S)  # type: ignore[misc]
+            readings = bus.take()
+            for name, device in zip(drivers, devices, strict=True):
+                own = device.health(clock.now_ns())
+                if sum(own.counts.get(outcome.value, 0) for outcome in Outcome) >= _ENOUGH and readings:
+                    yield Found(port, (name,), None, {}, _told(readings))
+                    return
+
+
+def _answering(port: str, clock: Clock) -> Iterator[Found]:
+    """Rangers which speak when they are spoken to, each driver at its usual address."""
+    for name in registry.driver_names():
+        driver = registry.driver(name)
+        spoken_to = driver.bus == "serial" and driver.line is Conversation
+        if spoken_to and (said := _said(name, port, {}, clock)):
+            address = getattr(driver.Settings(), driver.identity, None) if driver.identity else None
+            yield Found(port, (name,), address, {}, said)
+
+
+def _said(driver: str, port: str, settings: dict[str, Any], clock: Clock) -> str:
+    """What a device says to its driver; empty if they don't understand each other."""
+    try:
+        config = lone_device.on_port(driver, port, settings, {})
+        with lone_device.opened(config, Path(), clock) as bus:
+            bus.turn_until(lambda: bus.waiting >= 1, _ASK_S)
+            return _told(bus.take())
+    except (PortError, UsageError):
+        return ""
+
+
+def _told(readings: Sequence[Any]) -> str:
+    """The last reading that makes sense, in words."""
+    ranges = [each for each in readings if isinstance(each, RangeReading)]
+    believed = [each for each in ranges if each.outcome is not Outcome.INVALID]
+    if not believed:
+        return ""
+    last = believed[-1]
+    return f"{last.distance:.3f} m" if last.outcome is Outcome.ECHO else last.outcome.value
+
+
+def _listeners() -> dict[int, list[str]]:
+    """Drivers which only listen, by the speed at which they do."""
+    by_baud: dict[int, list[str]] = {}
+    for name in registry.driver_names():
+        driver = registry.driver(name)
+        if driver.bus == "serial" and driver.line is Line:
+            device = driver(_ROLE, driver.Settings())
+            by_baud.setdefault(int(str(device.port_options["baud"])), []).append(name)
+    return by_baud

@@ -1,0 +1,62 @@
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from echogrid.emulation.robot import RangerSpec
+from echogrid.runtime.command_line import main
+
+from .served import served
+
+WALL = 1.5
+
+
+@pytest.fixture
+def robot(short_dir: Path) -> Iterator[Path]:
+    """The folder of a robot with two I2C rangers and one that talks by itself."""
+    rangers = [
+        RangerSpec("front", "srf08", "ring", 0.0, 0.0, 0.0, {"address": 0x71}),
+        RangerSpec("rear", "srf08", "ring", 0.0, 0.0, 0.0, {"address": 0x7A}),
+        RangerSpec("left", "a02yyuw", "line", 0.0, 0.0, 0.0),
+    ]
+    with served(short_dir, {"ring": "i2c", "line": "serial"}, rangers, WALL):
+        yield short_dir
+
+
+def test_i2c_rangers_are_found_by_their_registers_without_a_ping(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    port = f"unix:{robot / 'ring.sock'}"
+    assert main(["scan", port]) == 0
+    assert capsys.readouterr().out.splitlines() == [port, "  0x71  srf08", "  0x7a  srf08"]
+
+
+def test_asked_they_tell_what_they_see(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["scan", f"unix:{robot / 'ring.sock'}", "--ask"]) == 0
+    assert capsys.readouterr().out.splitlines()[1:] == ["  0x71  srf08  1.500 m", "  0x7a  srf08  1.500 m"]
+
+
+def test_a_ranger_that_talks_is_found_by_listening(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["scan", str(robot / "line"), "--json"]) == 0
+    (line,) = capsys.readouterr().out.splitlines()
+    assert json.loads(line) == {
+        "port": str(robot / "line"),
+        "drivers": ["a02yyuw"],
+        "address": None,
+        "settings": {},
+        "reading": "1.500 m",
+    }
+
+
+def test_a_port_that_is_not_there_is_told_and_the_others_are_scanned(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["scan", "/dev/nothing", f"unix:{robot / 'ring.sock'}"]) == 0
+    told = capsys.readouterr()
+    assert "/dev/nothing: cannot open this serial port: it is not there" in told.err
+    assert "  0x71  srf08" in told.out.splitlines()
+
+
+def test_nothing_found_is_1(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["scan", "/dev/nothing"]) == 1
