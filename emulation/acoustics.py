@@ -1,4 +1,4 @@
-"""The physics of an ultrasonic echo as small formulae, and the transducers that the emulated devices carry.
+"""The physics of an ultrasonic echo as small formulae, and what a transducer is.
 
 Levels are dB relative to the echo of a large smooth wall on the axis at `level_range`, at full gain. The
 gain ramp of a ranger grows with time so that such a wall sounds equally loud up to `ramp_end`; so neither
@@ -8,13 +8,13 @@ The formulae take numbers or arrays of them.
 """
 
 from dataclasses import dataclass
-from math import cos, log10, radians, sqrt
+from math import cos, log10, sqrt
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from echogrid.emulation.piston import TWO_WAY_LOSS_AT_NULL, kuc_null_angle, plane_beam_half_width
+from echogrid.emulation.piston import TWO_WAY_LOSS_AT_NULL, plane_beam_half_width
 
 FloatArray = NDArray[np.float64]
 Value = TypeVar("Value", float, FloatArray)
@@ -30,6 +30,9 @@ ROUGH_LOSS = 14.0
 """dB: what a rough facet at normal incidence returns less than a wall there."""
 BOUNCE_LOSS = 4.0
 """dB for each mirror on the way."""
+
+_BAND = 0.05
+"""A capsule rings within so much of its frequency, in proportion, and hears nothing else."""
 
 
 def speed_of_sound(temperature: float) -> float:
@@ -57,6 +60,11 @@ def beam_loss(bearing: Value, null_angle: float) -> Value:
     return TWO_WAY_LOSS_AT_NULL / null_angle**2 * bearing**2
 
 
+def one_way_beam_loss(bearing: Value, null_angle: float) -> Value:
+    """Loss, dB, off the axis of one of two transducers: the half of what both ways of an echo take."""
+    return 0.5 * beam_loss(bearing, null_angle)
+
+
 def spreading_loss(ratio: Value, exponent: float) -> Value:
     """Loss, dB, when the range grows by this ratio."""
     return 20.0 * exponent * _log10(ratio)
@@ -72,8 +80,21 @@ def edge_loss(distance: Value) -> Value:
     return EDGE_LOSS + spreading_loss(distance, EDGE_SPREADING - PLANE_SPREADING)
 
 
+def harmonic_mean(there: float, back: float) -> float:
+    """Of two ways, m: the distance at which an echo would lose what a scatterer between them takes.
+
+    An edge makes of a wave from `there` one whose amplitude falls as sqrt(there / (back * (there + back)));
+    a mirror would leave 1 / (there + back). Their ratio has only this mean in it, and so has a cylinder's
+    (Keller 1962).
+    """
+    return 2.0 * there * back / (there + back)
+
+
 def cylinder_loss(distance: Value, radius: Value) -> Value:
-    """Loss, dB, of a cylinder against a wall at the same distance, m, from its surface."""
+    """Loss, dB, of a cylinder against a wall at the same distance, m, from its surface.
+
+    Struck at a slant, its radius counts by the cosine of incidence.
+    """
     return -10.0 * _log10(radius / (radius + distance))
 
 
@@ -108,57 +129,27 @@ class Transducer:
     """m: where the gain ramp ends."""
     absorption: float
     """dB/m, one way, at its frequency."""
+    frequency: float
+    """Hz."""
 
     @property
     def beam_half_width(self) -> float:
         """Bearing, rad, to which a smooth wall at `level_range` is heard."""
         return plane_beam_half_width(self.null_angle, self.sensitivity)
 
+    def hears(self, frequency: float) -> bool:
+        """Whether the sound of another transducer, Hz, is in its band."""
+        return abs(frequency - self.frequency) <= _BAND * max(frequency, self.frequency)
+
+    def way_loss(self, distance: Value) -> Value:
+        """What a wall at a distance, m, loses against one at `level_range`, dB, at full gain."""
+        spreading = spreading_loss(distance / self.level_range, PLANE_SPREADING)
+        return spreading + absorption_loss(distance - self.level_range, self.absorption)
+
     def range_loss(self, distance: Value) -> Value:
         """What a wall at a distance, m, loses against one at `level_range`, dB, after the gain ramp."""
-        beyond = _at_least(self.ramp_end, distance)
-        spreading = spreading_loss(beyond / self.level_range, PLANE_SPREADING)
-        return spreading + absorption_loss(beyond - self.level_range, self.absorption)
+        return self.way_loss(_at_least(self.ramp_end, distance))
 
-
-_SPEED_AT_20 = speed_of_sound(20.0)
-
-POLAROID = Transducer(
-    null_angle=kuc_null_angle(0.0192, 49_400.0, _SPEED_AT_20),
-    sensitivity=30.0,
-    blanking=0.15,
-    reach=10.7,
-    level_range=10.7,
-    ramp_end=10.7,
-    absorption=1.6,
-)
-"""Electrostatic, 49.4 kHz, with the 6500 board: gain steps all the way to 35 ft, blanking cut to 6 in."""
-
-SRF08 = Transducer(
-    null_angle=kuc_null_angle(0.0075, 40_000.0, _SPEED_AT_20),
-    sensitivity=30.0,
-    blanking=0.0,
-    reach=6.0,
-    level_range=0.39,
-    ramp_end=0.01,
-    absorption=1.3,
-)
-"""Open 16 mm capsules, 40 kHz. The chip itself applies its gain ramp and makes of near echoes what it can.
-
-With 30 dB a smooth wall is heard to 41 deg at 0.4 m, to 25 deg at 2 m and on the axis to 4 m. That is 10 dB
-short of the 6 m in its data sheet: users turn it down so far, or the floor and every door frame answers.
-"""
-
-A02YYUW = Transducer(
-    null_angle=radians(32.3),
-    sensitivity=30.0,
-    blanking=0.0,
-    reach=4.5,
-    level_range=1.0,
-    ramp_end=1.0,
-    absorption=1.3,
-)
-"""Closed 40 kHz capsule: heard 30 deg to either side (the 60 deg of its data sheet) while the ramp lasts.
-
-A wall is heard to 25 deg at 2 m and 15 deg at the 4.5 m which are its reach.
-"""
+    def ramp_loss(self, distance: Value) -> Value:
+        """dB: what the gain ramp still lacks when an echo of a distance, m, comes in."""
+        return self.range_loss(distance) - self.way_loss(distance)

@@ -60,9 +60,9 @@ def ear(transducer: Transducer, allowance: float) -> Ear:
         transducer,
         allowance,
         tan(min(plane_beam_half_width(transducer.null_angle, allowance - least), 0.5 * pi)),
-        _farthest(lambda distance: transducer.range_loss(distance) <= allowance, transducer.reach),
-        _farthest(lambda distance: edge_at(distance) <= allowance, transducer.reach),
-        _farthest(
+        farthest(lambda distance: transducer.range_loss(distance) <= allowance, transducer.reach),
+        farthest(lambda distance: edge_at(distance) <= allowance, transducer.reach),
+        farthest(
             lambda distance: transducer.range_loss(distance) + ROUGH_LOSS <= allowance, transducer.reach
         ),
         np.array((np.cos(bearings), np.sin(bearings))).T.copy(),
@@ -77,7 +77,7 @@ def _fan(half_width: float) -> FloatArray:
     return np.asarray(np.arange(-steps, steps + 1) * (half_width / steps), dtype=np.float64)
 
 
-def _farthest(heard: Callable[[float], bool], reach: float) -> float:
+def farthest(heard: Callable[[float], bool], reach: float) -> float:
     """The last range, m, up to `reach`, at which something is heard; by bisection."""
     low, high = 0.0, reach
     if heard(high):

@@ -1,4 +1,4 @@
-"""One mounted ranger in a world: when it fires, what does it hear?"""
+"""One mounted ranger in a world: when it fires, what does it hear of its own ping?"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from echogrid.emulation.acoustics import Transducer, speed_of_sound
 from echogrid.emulation.reflections import Listener
 from echogrid.emulation.reflectors import Pose
 from echogrid.emulation.scene import Echo, Scene
-from echogrid.emulation.world import World
+from echogrid.emulation.world import Moment, World
 
 PoseAt = Callable[[int], Pose]
 """Time, ns -> pose of the robot: x, y (m), yaw (rad), map frame."""
@@ -27,22 +27,51 @@ class Ranger:
     transducer: Transducer
 
 
-def scene_of(world: World, pose_at: PoseAt, ranger: Ranger, seed: int | None) -> Scene:
-    """The scene of one ranger; the same seed and pings give the same echoes. Without a seed: no noise.
+@dataclass(frozen=True, slots=True)
+class Outing:
+    """A robot on its way through a world."""
+
+    world: World
+    pose_at: PoseAt
+    seed: int | None
+    """Of all noise; None: there is none."""
+    started_ns: int = 0
+    """When the world's own time begins, by which people walk."""
+
+    def time_s(self, now_ns: int) -> float:
+        """The world's own time."""
+        return 1e-9 * (now_ns - self.started_ns)
+
+    def moment(self, now_ns: int) -> Moment:
+        """The world as it is at a time."""
+        return self.world.at(self.time_s(now_ns))
+
+    def pose_of(self, ranger: Ranger, now_ns: int) -> Pose:
+        """Where a ranger is at a time, map frame."""
+        return mounted(self.pose_at(now_ns), ranger.mount)
+
+    def noise(self, ranger: Ranger, *kind: int) -> np.random.Generator | None:
+        """The generator of a ranger's noise of some kind, which no other shares."""
+        if self.seed is None:
+            return None
+        return np.random.default_rng((self.seed, crc32(ranger.name.encode()), *kind))
+
+
+def scene_of(outing: Outing, ranger: Ranger) -> Scene:
+    """The scene of one ranger alone; the same seed and pings give the same echoes.
 
     A moving robot hears from where it is when the sound meets the first obstacle.
     """
-    rng = None if seed is None else np.random.default_rng((seed, crc32(ranger.name.encode())))
-    listener = Listener(world, ranger.transducer, rng)
-    speed = speed_of_sound(world.temperature)
+    listener = Listener(outing.world, ranger.transducer, outing.noise(ranger))
+    speed = speed_of_sound(outing.world.temperature)
 
     def scene(fire_ns: int) -> tuple[Echo, ...]:
         def after(way: float) -> Pose:
-            return mounted(pose_at(fire_ns + round(1e9 * way / speed)), ranger.mount)
+            return outing.pose_of(ranger, fire_ns + round(1e9 * way / speed))
 
         sensor = after(0.0)
         moves = after(ranger.transducer.reach) != sensor
-        return listener.hear(sensor, after if moves else None)
+        return listener.hear(sensor, after if moves else None, outing.time_s(fire_ns))
 
     return scene
 

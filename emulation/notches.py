@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import atan2, cos, pi, radians, sin
+from math import cos, pi, radians, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,28 +31,30 @@ class Notches:
     """(k,): cosine of half of the open angle; whoever sees the joint under less than this is outside."""
     corner: NDArray[np.bool_]
     """(k,): concave corner, otherwise edge or free end."""
-
-    def only(self, chosen: NDArray[np.bool_]) -> "Notches":
-        """Those for which `chosen` (k,) holds."""
-        return Notches(self.points[chosen], self.middle[chosen], self.cosine[chosen], self.corner[chosen])
+    softness: FloatArray
+    """(k,) dB taken from the sound: by a corner what both sides take, by an edge what the softer does."""
 
 
-def find_notches(walls: FloatArray, rough: NDArray[np.bool_]) -> Notches:
+def find_notches(walls: FloatArray, rough: NDArray[np.bool_], softness: FloatArray) -> Notches:
     """The notches of walls (n, 4) x0, y0, x1, y1 m. Walls may meet at ends or end on one another.
 
-    Corners of which a side is rough are left out: they scatter.
+    Corners of which a side is rough are left out: they scatter. Softness, (n,), is in dB.
     """
     rows: list[tuple[float, ...]] = []
     for joint in _joints(walls):
-        directions, scatters = _directions_from(joint, walls, rough)
-        for start, end in pairwise([*directions, directions[0] + 2.0 * pi]):
+        touching = _touching(joint, walls)
+        scatters = bool(rough[touching].any())
+        sides = _sides(joint, walls[touching], softness[touching])
+        around = (sides[0][0] + 2.0 * pi, sides[0][1])
+        for (start, first), (end, second) in pairwise([*sides, around]):
             gap = end - start
             bent = abs(gap - pi) >= _SHARPEST_BEND - 1e-9
             if bent and not (gap < pi and scatters):
-                middle = start + 0.5 * gap
-                rows.append((*joint, cos(middle), sin(middle), cos(0.5 * gap), gap < pi))
-    table = np.array(rows, dtype=np.float64).reshape(-1, 6)
-    return Notches(table[:, 0:2], table[:, 2:4], table[:, 4], table[:, 5] > 0.5)
+                middle, corner = start + 0.5 * gap, gap < pi
+                taken = first + second if corner else max(first, second)
+                rows.append((*joint, cos(middle), sin(middle), cos(0.5 * gap), corner, taken))
+    table = np.array(rows, dtype=np.float64).reshape(-1, 7)
+    return Notches(table[:, 0:2], table[:, 2:4], table[:, 4], table[:, 5] > 0.5, table[:, 6])
 
 
 def _joints(walls: FloatArray) -> list[FloatArray]:
@@ -64,15 +66,19 @@ def _joints(walls: FloatArray) -> list[FloatArray]:
     return joints
 
 
-def _directions_from(
-    joint: FloatArray, walls: FloatArray, rough: NDArray[np.bool_]
-) -> tuple[list[float], bool]:
-    """Headings, rad, ascending, in which walls leave a joint, and whether one of these walls is rough."""
+def _touching(joint: FloatArray, walls: FloatArray) -> NDArray[np.bool_]:
+    """(n,): which walls pass through a joint, or end there."""
     to_ends = walls.reshape(-1, 2, 2) - joint
     reach = np.hypot(to_ends[..., 0], to_ends[..., 1])
     length = np.hypot(*(to_ends[:, 1] - to_ends[:, 0]).T)
-    touching = reach.sum(axis=1) < length + JOINT
-    leaving = to_ends[touching][reach[touching] > 2.0 * JOINT]
-    headings = sorted(atan2(dy, dx) for dx, dy in leaving)
-    distinct = [a for a, b in pairwise([*headings, headings[0] + 2.0 * pi]) if b - a > 1e-6]
-    return distinct, bool(rough[touching].any())
+    return np.asarray(reach.sum(axis=1) < length + JOINT)
+
+
+def _sides(joint: FloatArray, walls: FloatArray, softness: FloatArray) -> list[tuple[float, float]]:
+    """Headings, rad, ascending and each once, in which walls leave a joint, and their softness, dB."""
+    to_ends = walls.reshape(-1, 2, 2) - joint
+    leaving = np.hypot(to_ends[..., 0], to_ends[..., 1]) > 2.0 * JOINT
+    headings = np.arctan2(to_ends[..., 1], to_ends[..., 0])[leaving]
+    sides = sorted(zip(headings.tolist(), np.repeat(softness, 2)[leaving.ravel()].tolist(), strict=True))
+    around = (sides[0][0] + 2.0 * pi, 0.0)
+    return [side for side, following in pairwise([*sides, around]) if following[0] - side[0] > 1e-6]

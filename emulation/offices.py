@@ -90,7 +90,7 @@ _LOOK_AROUND = frozenset({2, 4, 8, 11, 17, 20, 23})
 
 def office() -> World:
     """The floor with its furniture: smooth paint mostly, some brick and cloth, a few posts."""
-    walls, rough = _PLAN.outline()
+    walls, rough, _ = _PLAN.outline()
     screens = np.array(_SCREENS)
     return World(
         name="office",

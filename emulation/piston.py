@@ -58,6 +58,14 @@ def kuc_null_angle(radius: float, frequency: float, speed: float) -> float:
     return asin(0.61 * speed / (frequency * radius))
 
 
+def null_angle_of_beam(full_beam: float) -> float:
+    """theta0, rad, of a beam that has lost 6 dB one way at half of this angle, rad, to either side.
+
+    For the 15 deg of a Polaroid this is the null that its radius and frequency give.
+    """
+    return 0.5 * full_beam * sqrt(TWO_WAY_LOSS_AT_NULL / 12.0)
+
+
 def plane_beam_half_width(null_angle: float, allowance: float) -> float:
     """Bearing, rad, at which the two-way Gaussian beam of Kuc & Siegel has lost `allowance` dB."""
     return null_angle * sqrt(max(allowance, 0.0) / TWO_WAY_LOSS_AT_NULL)

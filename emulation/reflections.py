@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from echogrid.emulation.acoustics import BOUNCE_LOSS, Transducer
+from echogrid.emulation.detector import Detector
 from echogrid.emulation.ear import ear
 from echogrid.emulation.reflectors import Pose, Reflector, Station, direct, specular
 from echogrid.emulation.scene import Echo, Kind
@@ -17,16 +18,6 @@ from echogrid.emulation.world import World
 
 _NAMES = tuple(kind.name.lower() for kind in Kind)
 _DISTANCE = attrgetter("distance")
-_LEVEL_NOISE = 2.0
-"""dB, standard deviation."""
-_LUCK = 5.0 * _LEVEL_NOISE
-"""dB: noise lifts nothing over the threshold that is fainter than this; it would in one of 3 million."""
-_RANGE_NOISE = 0.005
-"""m, standard deviation, and in proportion to the range:"""
-_RANGE_NOISE_RATIO = 0.01
-_LATE_AT_THRESHOLD = 0.02
-"""m: a faint echo crosses the threshold late, this much when it just does."""
-_DROPOUT = 0.02
 _BOUNCES = 2
 
 
@@ -41,38 +32,41 @@ class Listener:
     """A transducer somewhere in a world. Without a generator it knows neither noise nor dropout."""
 
     def __init__(self, world: World, transducer: Transducer, rng: np.random.Generator | None = None) -> None:
-        self._world = world
-        self._sensitivity = transducer.sensitivity
-        self._rng = rng
-        faintest = transducer.sensitivity + (0.0 if rng is None else _LUCK)
+        self._moment = world.at(0.0)
+        self._detector = Detector(transducer.sensitivity, rng)
+        faintest = self._detector.faintest
         self._ears = [ear(transducer, faintest - BOUNCE_LOSS * bounces) for bounces in range(_BOUNCES + 1)]
 
-    def hear(self, pose: Pose, on_contact: Callable[[float], Pose] | None = None) -> tuple[Echo, ...]:
+    def hear(
+        self, pose: Pose, on_contact: Callable[[float], Pose] | None = None, time_s: float = 0.0
+    ) -> tuple[Echo, ...]:
         """What it hears of a ping at a pose (x, y, yaw; m, rad, map frame), nearest first.
 
         If it moves, `on_contact` says where it is when the sound has gone so many metres: it hears from where
-        it is when the sound meets the first obstacle. Sound that went by mirrors is heard only if nothing
-        returns directly.
+        it is when the sound meets the first obstacle. People stand where they are at the time of the ping.
+        Sound that went by mirrors is heard only if nothing returns directly.
         """
-        if self._rng is not None and self._rng.random() < _DROPOUT:
+        if self._detector.misses():
             return ()
+        self._moment = self._moment.world.at(time_s)
         station, reflectors = self._first_order(pose)
         if on_contact is not None and (contact := self._first_contact(station, reflectors)) < inf:
             pose = on_contact(contact)
             station, reflectors = self._first_order(pose)
         heard = self._heard(_Route((station,), ()), reflectors) or self._bounced(pose)
-        return tuple(sorted(self._measured(heard), key=_DISTANCE))
+        timed = self._detector.timed(heard, [echo.distance for echo in heard])
+        return tuple(sorted(timed, key=_DISTANCE))
 
     def _first_order(self, pose: Pose) -> tuple[Station, list[Reflector]]:
         """What may return directly."""
         station = Station.at(pose)
-        return station, direct(self._world, station, self._ears[0])
+        return station, direct(self._moment, station, self._ears[0])
 
     def _first_contact(self, station: Station, reflectors: Sequence[Reflector]) -> float:
         """Distance, m, of the nearest direct echo without noise; inf if there is none."""
-        vista, place = self._world.vista_at(station.x, station.y), (station.x, station.y)
+        vista, place = self._moment.vista_at(station.x, station.y), (station.x, station.y)
         for x, y, distance, loss, _ in sorted(reflectors, key=_DISTANCE):
-            if loss <= self._sensitivity and vista.clear(place, (x, y)):
+            if loss <= self._detector.sensitivity and vista.clear(place, (x, y)):
                 return distance
         return inf
 
@@ -82,14 +76,14 @@ class Listener:
         Edges and posts are left out: what they return on such a way is lost in the clutter.
         """
         route = _Route((Station.at(pose),), ())
-        turning, vista = pose[:2], self._world.vista_at(*pose[:2])
+        turning, vista = pose[:2], self._moment.vista_at(*pose[:2])
         for allowed in self._ears[1:]:
             _, _, ray_x, ray_y = route.stations[-1]
             distance, index = vista.cast(turning, (ray_x, ray_y))
-            if index == NO_WALL or self._world.rough[index]:
+            if index == NO_WALL or self._moment.world.rough[index]:
                 break
             turning = turning[0] + distance * ray_x, turning[1] + distance * ray_y
-            vista, wall = self._world.vista_of(index), self._world.everything.walls[index]
+            vista, wall = self._moment.vista_of(index), self._moment.world.everything.walls[index]
             pose = _mirrored(pose, wall)
             route = _Route((*route.stations, Station.at(pose)), (*route.mirrors, wall))
             heard = self._heard(route, specular(vista, route.stations[-1], allowed))
@@ -99,11 +93,8 @@ class Listener:
 
     def _heard(self, route: _Route, reflectors: Sequence[Reflector]) -> list[Echo]:
         """Those reflectors which are loud enough this time and which the sound can reach on this route."""
-        full = self._sensitivity - BOUNCE_LOSS * len(route.mirrors)
-        margins = [
-            full - reflector.loss + _LEVEL_NOISE * noise
-            for reflector, noise in zip(reflectors, self._noise(len(reflectors)), strict=True)
-        ]
+        taken = sum(BOUNCE_LOSS + wall.softness for wall in route.mirrors)
+        margins = self._detector.margins([taken + reflector.loss for reflector in reflectors])
         return [
             Echo(distance, margin, _NAMES[kind])
             for (x, y, distance, _, kind), margin in zip(reflectors, margins, strict=True)
@@ -115,37 +106,17 @@ class Listener:
         origin, *images = route.stations
         for image, wall in zip(images[::-1], route.mirrors[::-1], strict=True):
             turning = _crossing(wall, image[:2], target)
-            if turning is None or not self._world.vista_of(wall.number).clear(turning, target):
+            if turning is None or not self._moment.vista_of(wall.number).clear(turning, target):
                 return False
             target = turning
-        return self._world.vista_at(origin.x, origin.y).clear(origin[:2], target)
-
-    def _measured(self, heard: Sequence[Echo]) -> Sequence[Echo]:
-        """The echoes at the distances which the detector finds."""
-        if self._rng is None:
-            return heard
-        return [_late(echo, noise) for echo, noise in zip(heard, self._noise(len(heard)), strict=True)]
-
-    def _noise(self, count: int) -> list[float]:
-        """Samples of the standard normal distribution, or zeros."""
-        if self._rng is None:
-            return [0.0] * count
-        samples: list[float] = self._rng.standard_normal(count).tolist()
-        return samples
+        return self._moment.vista_at(origin.x, origin.y).clear(origin[:2], target)
 
 
 def echoes(
     world: World, pose: Pose, transducer: Transducer, rng: np.random.Generator | None = None
 ) -> tuple[Echo, ...]:
-    """What a transducer that stands still hears."""
+    """What a transducer that stands still hears at the beginning of the world."""
     return Listener(world, transducer, rng).hear(pose)
-
-
-def _late(echo: Echo, noise: float) -> Echo:
-    """An echo as it is timed, with a sample of the standard normal distribution."""
-    spread = _RANGE_NOISE + _RANGE_NOISE_RATIO * echo.distance
-    late = _LATE_AT_THRESHOLD * 10.0 ** (-echo.margin / 20.0)
-    return Echo(max(echo.distance + spread * noise + late, 0.0), echo.margin, echo.kind)
 
 
 def _mirrored(pose: Pose, wall: Wall) -> Pose:
@@ -159,7 +130,7 @@ def _mirrored(pose: Pose, wall: Wall) -> Pose:
 def _crossing(wall: Wall, image: Point, target: Point) -> Point | None:
     """Where the way from an image to a target passes the wall of this image, if it does."""
     (x, y), (to_x, to_y) = image, target
-    _, normal_x, normal_y, offset, along_x, along_y, first_reached, length = wall
+    _, normal_x, normal_y, offset, along_x, along_y, first_reached, length, _ = wall
     behind = x * normal_x + y * normal_y - offset
     before = to_x * normal_x + to_y * normal_y - offset
     if behind * before >= -TOUCH * abs(behind):

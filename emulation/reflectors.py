@@ -10,7 +10,7 @@ from echogrid.emulation.acoustics import beam_loss, cylinder_loss, edge_loss, ro
 from echogrid.emulation.ear import Ear
 from echogrid.emulation.scene import Kind
 from echogrid.emulation.vista import TOUCH, Notch, Post, Vista, Wall
-from echogrid.emulation.world import World
+from echogrid.emulation.world import Moment, World
 
 Pose = tuple[float, float, float]
 """x, y (m), yaw (rad), map frame."""
@@ -50,9 +50,9 @@ _Source = tuple[float, float, float, Kind]
 axis, and its kind."""
 
 
-def direct(world: World, station: Station, ear: Ear) -> list[Reflector]:
+def direct(moment: Moment, station: Station, ear: Ear) -> list[Reflector]:
     """All that the ear may hear from a station."""
-    vista = world.vista_at(station.x, station.y)
+    vista = moment.vista_at(station.x, station.y)
     sources = [
         *_planes(vista.smooth, station, ear.reach),
         *_corners(vista.corners, station, ear),
@@ -61,7 +61,7 @@ def direct(world: World, station: Station, ear: Ear) -> list[Reflector]:
     ]
     heard = _heard(sources, station, ear)
     in_fan = [wall.number for wall in vista.rough if _in_fan(wall, station, ear)]
-    return heard + _facets(world, in_fan, station, ear) if in_fan else heard
+    return heard + _facets(moment.world, in_fan, station, ear) if in_fan else heard
 
 
 def specular(vista: Vista, station: Station, ear: Ear) -> list[Reflector]:
@@ -92,45 +92,45 @@ def _heard(sources: Iterable[_Source], station: Station, ear: Ear) -> list[Refle
 def _planes(walls: Iterable[Wall], station: Station, reach: float) -> Iterator[_Source]:
     """A smooth wall answers from the foot of the perpendicular, if that lies on it."""
     x, y, ray_x, ray_y = station
-    for _, normal_x, normal_y, offset, along_x, along_y, first_reached, length in walls:
+    for _, normal_x, normal_y, offset, along_x, along_y, first_reached, length, softness in walls:
         if 0.0 <= along_x * x + along_y * y - first_reached <= length:
             height = normal_x * x + normal_y * y - offset
             if abs(height) <= reach and height * (normal_x * ray_x + normal_y * ray_y) <= 0.0:
-                yield x - height * normal_x, y - height * normal_y, 0.0, _WALL
+                yield x - height * normal_x, y - height * normal_y, softness, _WALL
 
 
 def _corners(corners: Iterable[Notch], station: Station, ear: Ear) -> Iterator[_Source]:
     """A concave corner returns what comes from within it."""
-    for x, y, _ in _in_beam(corners, station, ear.beam_slope, ear.reach):
-        yield x, y, 0.0, _CORNER
+    for x, y, _, softness in _in_beam(corners, station, ear.beam_slope, ear.reach):
+        yield x, y, softness, _CORNER
 
 
 def _edges(edges: Iterable[Notch], station: Station, ear: Ear) -> Iterator[_Source]:
     """An edge or a free end diffracts a little."""
-    for x, y, distance in _in_beam(edges, station, ear.beam_slope, ear.edge_reach):
-        yield x, y, edge_loss(max(distance, TOUCH)), _EDGE
+    for x, y, distance, softness in _in_beam(edges, station, ear.beam_slope, ear.edge_reach):
+        yield x, y, edge_loss(max(distance, TOUCH)) + softness, _EDGE
 
 
 def _in_beam(
     notches: Iterable[Notch], station: Station, slope: float, reach: float
-) -> Iterator[tuple[float, float, float]]:
-    """Place and distance of the notches within reach which the sound meets from within their cones."""
+) -> Iterator[tuple[float, float, float, float]]:
+    """Place, distance and softness of the notches within reach that the sound meets within their cones."""
     place_x, place_y, ray_x, ray_y = station
-    for x, y, middle_x, middle_y, cosine in notches:
+    for x, y, middle_x, middle_y, cosine, softness in notches:
         dx, dy = x - place_x, y - place_y
         if abs(dy * ray_x - dx * ray_y) <= slope * (dx * ray_x + dy * ray_y):
             distance = hypot(dx, dy)
             if distance <= reach and dx * middle_x + dy * middle_y < -cosine * distance:
-                yield x, y, distance
+                yield x, y, distance, softness
 
 
 def _nearest_on(post: Post, station: Station) -> _Source:
     """A cylinder answers from its nearest point."""
-    x, y, radius = post
+    x, y, radius, softness = post
     dx, dy = station.x - x, station.y - y
     distance = max(hypot(dx, dy), radius)
     share = radius / distance
-    loss = cylinder_loss(distance - radius, radius)
+    loss = cylinder_loss(distance - radius, radius) + softness
     return (x + share * dx, y + share * dy, loss, _CYLINDER)
 
 
@@ -159,9 +159,10 @@ def _facets(world: World, walls: Sequence[int], station: Station, ear: Ear) -> l
     nearest = distances.argmin(axis=1)
     distance = distances[np.arange(len(rays)), nearest]
     (struck,) = (distance <= ear.fan_reach).nonzero()
-    rays, distance, normals = rays[struck], distance[struck], world.normals[np.array(walls)[nearest[struck]]]
-    cosines = np.maximum(np.abs(np.vecdot(rays, normals)), TOUCH)
-    losses = rough_loss(cosines) + ear.fan_losses[struck] + ear.transducer.range_loss(distance)
+    rays, distance, numbers = rays[struck], distance[struck], np.array(walls)[nearest[struck]]
+    cosines = np.maximum(np.abs(np.vecdot(rays, world.normals[numbers])), TOUCH)
+    losses = rough_loss(cosines) + world.softness[numbers]
+    losses += ear.fan_losses[struck] + ear.transducer.range_loss(distance)
     points = place + distance[:, np.newaxis] * rays
     loud = (losses <= ear.allowance) & (distance >= ear.transducer.blanking)
     table = np.column_stack((points, distance, losses))[loud].tolist()

@@ -14,6 +14,8 @@ class Kind(IntEnum):
     CYLINDER = 3
     ROUGH = 4
     BOUNCE = 5
+    CROSSTALK = 6
+    """Not an echo at all: the sound of another ping."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,11 +23,11 @@ class Echo:
     """One sound that comes back to the transducer."""
 
     distance: float
-    """m, half of the way that the sound went."""
+    """m, half of the way that the sound went since the ranger fired; crosstalk started earlier or later."""
     margin: float
     """dB above the detection threshold at full gain; negative ones are not heard."""
     kind: str
-    """The name of its Kind in small letters: "wall", "corner", "edge", "cylinder", "rough" or "bounce"."""
+    """The name of its Kind in small letters: "wall", "corner", "edge" and so on."""
 
 
 Scene = Callable[[int], tuple[Echo, ...]]

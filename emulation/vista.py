@@ -38,11 +38,13 @@ class Wall(NamedTuple):
     first_reached: float
     """Where it begins, along itself, from the foot of the origin."""
     length: float
+    softness: float
+    """dB: what it takes from the sound that it returns."""
 
     @property
     def ends(self) -> tuple[Point, Point]:
         """Both of its ends."""
-        _, normal_x, normal_y, offset, along_x, along_y, first, length = self
+        _, normal_x, normal_y, offset, along_x, along_y, first, length, _ = self
         x, y = offset * normal_x + first * along_x, offset * normal_y + first * along_y
         return (x, y), (x + length * along_x, y + length * along_y)
 
@@ -67,6 +69,8 @@ class Notch(NamedTuple):
     middle_x: float
     middle_y: float
     cosine: float
+    softness: float
+    """dB."""
 
 
 class Post(NamedTuple):
@@ -75,11 +79,13 @@ class Post(NamedTuple):
     x: float
     y: float
     radius: float
+    softness: float
+    """dB."""
 
     @property
     def square(self) -> tuple[Point, ...]:
         """The corners of the square around it."""
-        x, y, radius = self
+        x, y, radius, _ = self
         west, east, south, north = x - radius, x + radius, y - radius, y + radius
         return (west, south), (east, south), (east, north), (west, north)
 
@@ -140,7 +146,7 @@ class Vista(NamedTuple):
         """
         (x, y), (ray_x, ray_y) = origin, ray
         nearest, struck = inf, NO_WALL
-        for number, normal_x, normal_y, offset, along_x, along_y, first, length in self.walls:
+        for number, normal_x, normal_y, offset, along_x, along_y, first, length, _ in self.walls:
             approach = normal_x * ray_x + normal_y * ray_y
             if abs(approach) < _PARALLEL:
                 approach = _PARALLEL
@@ -194,7 +200,7 @@ class _Part(NamedTuple):
 
     def faced(self, notches: Sequence[Notch]) -> tuple[Notch, ...]:
         """The notches which may be seen, from within their cones."""
-        table = np.array(notches).reshape(-1, 5)
+        table = np.array(notches).reshape(-1, 6)
         offset = self.centre - table[:, :2]
         distance = np.maximum(np.hypot(offset[:, 0], offset[:, 1]), TOUCH)
         bearing = np.arccos(np.clip(np.vecdot(offset, table[:, 2:4]) / distance, -1.0, 1.0))
@@ -204,7 +210,7 @@ class _Part(NamedTuple):
 
     def beside(self, walls: Sequence[Wall]) -> BoolArray:
         """Which walls (k) are met at a right angle from somewhere in the circle, as (k,)."""
-        table = np.array(walls).reshape(-1, 8)
+        table = np.array(walls).reshape(-1, 9)
         middle = 0.5 * table[:, 7]
         from_middle = table[:, 4:6] @ self.centre - table[:, 6] - middle
         return np.asarray(np.abs(from_middle) <= middle + self.radius + TOUCH)

@@ -1,15 +1,18 @@
-"""What stands around the robot: walls, posts and the air, in one plane."""
+"""What there is around the robot: walls, posts, people and the air, in one plane."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import compress
-from math import floor
+from math import ceil, floor
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from echogrid.emulation.notches import find_notches
 from echogrid.emulation.vista import TOUCH, Barrier, Notch, Post, Vista, Wall
+from echogrid.emulation.walker import Walker
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -20,6 +23,8 @@ _CELL = 0.5
 """m: the floor is cut into squares, and what can be seen from each is found when it is first asked for."""
 _UNIT_SQUARE = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)))
 _PARALLEL = 1e-12
+_FACET = 0.1
+"""m: pieces of rough walls are no longer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +40,21 @@ class World:
     """(m, 3) float64: x, y, radius; smooth."""
     temperature: float = 20.0
     """degC."""
+    wall_softness: FloatArray | None = None
+    """(n,) float64, dB that each wall takes from the sound it returns (upholstery: 10 to 15); None: 0."""
+    cylinder_softness: FloatArray | None = None
+    """(m,) float64, dB, of the cylinders; None: 0."""
+    walkers: tuple[Walker, ...] = ()
+    """People: they hide and reflect, but are no part of the map."""
+
+    def at(self, time_s: float) -> "Moment":
+        """The world at a time since its beginning."""
+        return Moment(self, tuple(walker.at(time_s) for walker in self.walkers))
+
+    @cached_property
+    def softness(self) -> FloatArray:
+        """(n,) dB, of the walls."""
+        return np.zeros(len(self.walls)) if self.wall_softness is None else self.wall_softness
 
     @cached_property
     def starts(self) -> FloatArray:
@@ -87,6 +107,27 @@ class World:
             vista = self._wall_vistas[wall] = self.everything.seen_from(self.walls[wall].reshape(2, 2))
         return vista
 
+    def facets(self, wall: int) -> tuple[Notch, ...]:
+        """Both faces of a wall in pieces, as far as sound from outside them is concerned."""
+        facets = self._facets.get(wall)
+        if facets is None:
+            facets = self._facets[wall] = tuple(self._cut(self.everything.walls[wall]))
+        return facets
+
+    @staticmethod
+    def _cut(wall: Wall) -> Iterator[Notch]:
+        count = ceil(wall.length / _FACET)
+        for index in range(count):
+            along = wall.first_reached + (index + 0.5) * wall.length / count
+            x = wall.offset * wall.normal_x + along * wall.along_x
+            y = wall.offset * wall.normal_y + along * wall.along_y
+            yield Notch(x, y, wall.normal_x, wall.normal_y, 0.0, wall.softness)
+            yield Notch(x, y, -wall.normal_x, -wall.normal_y, 0.0, wall.softness)
+
+    @cached_property
+    def _facets(self) -> dict[int, tuple[Notch, ...]]:
+        return {}
+
     @cached_property
     def _vistas(self) -> dict[tuple[int, int], Vista]:
         return {}
@@ -99,11 +140,13 @@ class World:
     def everything(self) -> Vista:
         """What may be seen from everywhere."""
         lines = np.column_stack((self.normals, self.offsets))
-        stretches = np.column_stack((self.along, self.first_reached, self.lengths))
+        stretches = np.column_stack((self.along, self.first_reached, self.lengths, self.softness))
         walls = tuple(Wall(number, *row) for number, row in enumerate(np.hstack((lines, stretches)).tolist()))
         barriers = np.hstack((lines, self.starts, self.spans)).tolist()
-        notches = find_notches(self.walls, self.rough)
-        cones = np.column_stack((notches.points, notches.middle, notches.cosine))
+        notches = find_notches(self.walls, self.rough, self.softness)
+        cones = np.column_stack((notches.points, notches.middle, notches.cosine, notches.softness))
+        softness = np.zeros(len(self.cylinders)) if self.cylinder_softness is None else self.cylinder_softness
+        posts = np.column_stack((self.cylinders, softness))
         return Vista(
             walls,
             tuple(Barrier(*row) for row in barriers),
@@ -111,7 +154,7 @@ class World:
             tuple(compress(walls, self.rough)),
             tuple(Notch(*row) for row in cones[notches.corner].tolist()),
             tuple(Notch(*row) for row in cones[~notches.corner].tolist()),
-            tuple(Post(*row) for row in self.cylinders.tolist()),
+            tuple(Post(*row) for row in posts.tolist()),
         )
 
     def line_of_sight(self, origins: FloatArray, targets: FloatArray) -> BoolArray:
@@ -149,3 +192,21 @@ class World:
         for x, y, radius in self.cylinders:
             np.minimum(nearest, np.abs(np.hypot(*(points - (x, y)).T) - radius), out=nearest)
         return nearest
+
+
+class Moment(NamedTuple):
+    """A world at one time: what stands, and who walks by."""
+
+    world: World
+    people: tuple[Post, ...]
+
+    def vista_at(self, x: float, y: float) -> Vista:
+        """What may be seen from around a place, and everybody."""
+        return self._peopled(self.world.vista_at(x, y))
+
+    def vista_of(self, wall: int) -> Vista:
+        """What may be seen from a wall, and everybody."""
+        return self._peopled(self.world.vista_of(wall))
+
+    def _peopled(self, vista: Vista) -> Vista:
+        return vista._replace(posts=vista.posts + self.people) if self.people else vista

@@ -6,9 +6,9 @@ from math import radians
 from pathlib import Path
 from typing import Any
 
-from echogrid.emulation import acoustics
+from echogrid.emulation.air import Air
 from echogrid.emulation.devices.surroundings import Surroundings
-from echogrid.emulation.hearing import Ranger, scene_of
+from echogrid.emulation.hearing import Outing, Ranger
 from echogrid.emulation.models import RANGERS, WHEELS, Model
 from echogrid.emulation.motion import Tour
 from echogrid.emulation.offices import office, office_tour
@@ -39,11 +39,11 @@ def emulated_robot(
     def pose_at(now_ns: int) -> tuple[float, float, float]:
         return way.pose((now_ns - started_ns) / _SECOND_NS)
 
-    speed_of_sound = acoustics.speed_of_sound(place.temperature)
+    air = Air(Outing(place, pose_at, seed, started_ns))
 
     def surroundings_of(ranger: RangerSpec) -> Surroundings:
-        mounted = Ranger(ranger.name, (ranger.x, ranger.y, ranger.yaw), TRANSDUCERS[ranger.model])
-        return Surroundings(scene_of(place, pose_at, mounted, seed), speed_of_sound)
+        mount = (ranger.x, ranger.y, ranger.yaw)
+        return air.surroundings(Ranger(ranger.name, mount, TRANSDUCERS[ranger.model]))
 
     def wheel_angle(side: str, now_ns: int) -> float:
         left, right = way.wheel_angles((now_ns - started_ns) / _SECOND_NS, spec.wheel_radius, spec.track)

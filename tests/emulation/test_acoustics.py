@@ -1,3 +1,4 @@
+from dataclasses import replace
 from math import asin, cos, degrees, pi, radians
 
 import numpy as np
@@ -5,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from echogrid.emulation import acoustics, piston
+from echogrid.emulation import acoustics, piston, transducers
+from echogrid.emulation.ear import ear
 
 C20 = acoustics.speed_of_sound(20.0)
 POLAROID_KA = piston.wave_number_times_radius(0.0192, 49_400.0, C20)
@@ -25,6 +27,34 @@ def test_a_fixed_speed_of_sound_misjudges_ranges():
 def test_time_of_flight_becomes_range():
     assert acoustics.range_of_flight(5830e-6, 20.0) == pytest.approx(1.0004706251196855, abs=1e-6)
     assert acoustics.range_of_flight(5830e-6, 0.0) == pytest.approx(0.9657395, abs=1e-6)
+
+
+def test_a_ping_and_its_echo_take_their_time():
+    """One sonar of 6 m reach, sixteen one after the other, four groups of four."""
+    assert acoustics.range_of_flight(34.96354527731923e-3, 20.0) == pytest.approx(6.0, abs=1e-6)
+    assert acoustics.range_of_flight(0.5594167244371077, 20.0) == pytest.approx(16 * 6.0, abs=1e-6)
+    assert acoustics.range_of_flight(139.8541811092769e-3, 20.0) == pytest.approx(4 * 6.0, abs=1e-6)
+
+
+def test_a_beam_covers_a_stretch_of_wall():
+    """12.7 deg to either side, at 2 m."""
+    null_angle = radians(12.7) / piston.plane_beam_half_width(1.0, transducers.POLAROID.sensitivity)
+    fan = ear(replace(transducers.POLAROID, null_angle=null_angle), 30.0)
+    assert 2.0 * 2.0 * fan.fan_slope == pytest.approx(0.9014389319873812, abs=1e-6)
+
+
+@given(st.floats(0.05, 20.0), st.floats(0.05, 20.0))
+def test_what_scatters_halfway_takes_what_it_takes_of_an_echo(there, back):
+    assert acoustics.harmonic_mean(there, there) == pytest.approx(there)
+    assert acoustics.harmonic_mean(there, back) == acoustics.harmonic_mean(back, there)
+    assert min(there, back) <= acoustics.harmonic_mean(there, back) * (1.0 + 1e-12)
+    assert acoustics.harmonic_mean(there, back) <= max(there, back) * (1.0 + 1e-12)
+
+
+@given(st.floats(-1.5, 1.5))
+def test_both_ways_through_a_beam_take_twice_what_one_does(bearing):
+    null_angle = transducers.SRF08.null_angle
+    assert 2.0 * acoustics.one_way_beam_loss(bearing, null_angle) == acoustics.beam_loss(bearing, null_angle)
 
 
 @pytest.mark.parametrize(
@@ -81,7 +111,7 @@ def test_j1_agrees_with_the_tables():
 
 
 def test_the_two_way_beam_of_kuc():
-    losses = acoustics.beam_loss(np.radians([5.0, 10.0, 15.0]), acoustics.POLAROID.null_angle)
+    losses = acoustics.beam_loss(np.radians([5.0, 10.0, 15.0]), transducers.POLAROID.null_angle)
     assert -losses == pytest.approx([-5.34135281430183, -21.365411257207324, -48.07217532871647], abs=1e-6)
 
 
@@ -111,7 +141,7 @@ def test_a_rough_facet_follows_lambert():
 
 
 def test_the_gain_ramp_makes_a_wall_equally_loud_up_to_its_end():
-    losses = acoustics.A02YYUW.range_loss(np.array([0.1, 0.5, 1.0, 2.0, 4.0]))
+    losses = transducers.A02YYUW.range_loss(np.array([0.1, 0.5, 1.0, 2.0, 4.0]))
     assert losses[:3] == pytest.approx([0.0, 0.0, 0.0])
     assert losses[3:] == pytest.approx([6.0205999 + 2.6, 12.0411998 + 7.8])
 
@@ -122,10 +152,10 @@ def _visible_at(transducer, distance):
 
 
 def test_the_beams_are_as_wide_as_their_texts_say():
-    assert _visible_at(acoustics.POLAROID, 5.0) == pytest.approx(11.85, abs=0.01)
-    assert _visible_at(acoustics.SRF08, 2.0) == pytest.approx(25.0, abs=1.0)
-    assert _visible_at(acoustics.SRF08, 0.39) == pytest.approx(41.0, abs=0.5)
-    assert _visible_at(acoustics.SRF08, 4.1) == 0.0
-    assert _visible_at(acoustics.A02YYUW, 0.9) == pytest.approx(30.0, abs=0.1)
-    assert _visible_at(acoustics.A02YYUW, 2.0) == pytest.approx(25.0, abs=1.0)
-    assert _visible_at(acoustics.A02YYUW, 4.5) == pytest.approx(15.0, abs=1.0)
+    assert _visible_at(transducers.POLAROID, 5.0) == pytest.approx(11.85, abs=0.01)
+    assert _visible_at(transducers.SRF08, 2.0) == pytest.approx(25.0, abs=1.0)
+    assert _visible_at(transducers.SRF08, 0.39) == pytest.approx(41.0, abs=0.5)
+    assert _visible_at(transducers.SRF08, 4.1) == 0.0
+    assert _visible_at(transducers.A02YYUW, 0.9) == pytest.approx(30.0, abs=0.1)
+    assert _visible_at(transducers.A02YYUW, 2.0) == pytest.approx(25.0, abs=1.0)
+    assert _visible_at(transducers.A02YYUW, 4.5) == pytest.approx(15.0, abs=1.0)

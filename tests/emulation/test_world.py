@@ -10,6 +10,7 @@ from echogrid.emulation.floor_plan import FloorPlan
 from echogrid.emulation.notches import find_notches
 from echogrid.emulation.offices import office, office_tour
 from echogrid.emulation.truth import truth
+from echogrid.emulation.walker import Walker
 
 from .ray_fan import nearest_hit, shortest_way
 
@@ -46,7 +47,7 @@ def test_surface_distance_is_the_shortest_way(place):
 
 def _kinds(*walls, rough=()):
     flags = np.array([index in rough for index in range(len(walls))])
-    notches = find_notches(np.array(walls), flags)
+    notches = find_notches(np.array(walls), flags, np.zeros(len(walls)))
     at_origin = np.hypot(*notches.points.T) < 1e-9
     return sorted("corner" if corner else "edge" for corner in notches.corner[at_origin])
 
@@ -73,9 +74,33 @@ def test_a_corner_with_a_rough_side_scatters():
     assert _kinds((0.0, 0.0, 1.0, 0.0), (0.0, 1.0, 0.0, 0.0), rough={1}) == ["edge"]
 
 
+def test_a_corner_takes_what_both_its_sides_do_and_an_edge_what_the_softer_one_does():
+    walls = np.array([(0.0, 0.0, 1.0, 0.0), (0.0, 1.0, 0.0, 0.0)])
+    notches = find_notches(walls, np.zeros(2, dtype=bool), np.array([12.0, 3.0]))
+    at_origin = np.hypot(*notches.points.T) < 1e-9
+    taken = dict(zip(notches.corner[at_origin].tolist(), notches.softness[at_origin].tolist(), strict=True))
+    assert taken == {True: 15.0, False: 12.0}
+
+
+def test_a_plan_s_soft_surfaces_are_walls_of_their_own():
+    outline = FloorPlan(((0.0, 0.0, 4.0, 3.0),), (), soft=((1.0, 0.0, 2.5, 0.0, 12.0),)).outline()
+    soft = outline.softness > 0.0
+    assert outline.walls[soft].tolist() == [[1.0, 0.0, 2.5, 0.0]]
+    assert outline.softness[soft].tolist() == [12.0]
+    assert len(outline.walls) == 6
+
+
+def test_people_are_seen_but_are_no_part_of_the_map():
+    walker = Walker(((5.0, 5.0), (6.0, 5.0)))
+    world = replace(OFFICE, walkers=(walker,))
+    place = np.array([[5.0, 5.0]])
+    assert world.at(0.0).vista_at(2.5, 5.05).posts[-1] == walker.at(0.0)
+    assert world.surface_distance(place) == OFFICE.surface_distance(place)
+
+
 def test_two_rooms_with_a_door_have_one_outline():
     rooms = ((0.0, 0.0, 2.0, 2.0), (2.1, 0.0, 4.0, 2.0), (2.0, 0.5, 2.1, 1.5))
-    walls, rough = FloorPlan(rooms, (), ((4.0, 0.0, 4.0, 2.0),)).outline()
+    walls, rough, _ = FloorPlan(rooms, (), ((4.0, 0.0, 4.0, 2.0),)).outline()
     lengths = np.hypot(*(walls[:, 2:] - walls[:, :2]).T)
     assert len(walls) == 12
     assert lengths.sum() == pytest.approx(2 * (2.0 + 2.0) + 2 * (1.9 + 2.0) - 2 * 1.0 + 2 * 0.1)
