@@ -61,6 +61,17 @@ class SerialTransfer:
     """One wire for both directions: the host hears what it sends."""
     framed: bool = True
     """The reply shows by itself that it is whole; if not, a pause behind it does."""
+    quiet_ns: int = 0
+    """So long the line is left in silence between the transfer before and this one."""
+
+
+@dataclass(frozen=True, slots=True)
+class IioRead:
+    """An attribute of a device of the kernel's IIO subsystem, to be read."""
+
+    device: str
+    """Its folder (iio:device0), its label, its kernel driver or what it hangs on: a name that only it has."""
+    attribute: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,11 +93,18 @@ class I2cResult(Result[I2cTransfer]):
 
 
 @dataclass(frozen=True, slots=True)
+class IioResult(Result[IioRead]):
+    """What became of a read of the kernel's IIO subsystem; its data are the attribute's text."""
+
+
+@dataclass(frozen=True, slots=True)
 class SerialResult(Result[SerialTransfer]):
     """What became of a transfer on a serial line."""
 
     sent_ns: int = 0
     """When the request had passed."""
+    doubtful: bool = False
+    """It bears no frame, and a reply to something else was still to come: it may be that one."""
 
 
 NACK_ERRNOS = frozenset({5, 6, 110, 121})
@@ -96,8 +114,8 @@ NACK_ERRNOS = frozenset({5, 6, 110, 121})
 class Port(Protocol[In, Out]):
     """One end of a bus, owned by one thread.
 
-    A serial port receives and sends chunks of bytes (and sends breaks), a CAN port frames; an I2C port sends
-    transfers and receives their results.
+    A serial port receives and sends chunks of bytes (and sends breaks), a CAN port frames; an I2C or IIO port
+    sends transfers and receives their results.
     """
 
     def open(self) -> None:

@@ -4,11 +4,12 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import nan
-from typing import Generic, Protocol
+from typing import ClassVar, Generic, Protocol
 
 from echogrid.drivers.bus import Result, Transfer
 from echogrid.drivers.course import Course, Pilot
 from echogrid.drivers.device import Health, State, Step
+from echogrid.drivers.pace import Pace, bus_time
 from echogrid.drivers.readings import Outcome, RangeReading, classify
 from echogrid.drivers.role import Call, RangerRole, Slot, Turn
 
@@ -41,6 +42,10 @@ class Fired:
     """Why it did not fire; empty if it did."""
     data: bytes = b""
     """The answer, from rangers which give it as the reply to the command."""
+    state: State = State.MISSING
+    """What it means if it did not fire."""
+    silent: bool = False
+    """It fired, and says by its silence that it heard nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +106,11 @@ class Make(Protocol[Transfer]):
 class CommandedRanger(Generic[Transfer]):
     """Takes one ranger through its turns. Every ping gives exactly one reading."""
 
+    can_listen: ClassVar[bool] = False
+    """Whether its make can do all but ping."""
+    obeys_general_call: ClassVar[bool] = False
+    """Whether one of its kind can fire all of them on the bus."""
+
     def __init__(self, role: RangerRole, make: Make[Transfer]) -> None:
         self.name = role.name
         self._role = role
@@ -113,6 +123,7 @@ class CommandedRanger(Generic[Transfer]):
         self._listens = False
         self._present = False
         self._trouble = Trouble(State.SETTING_UP, "not set up yet")
+        self._doubted = State.FAULTY
         self._latest: RangeReading | None = None
         self._readings: list[RangeReading] = []
         self._pilot = Pilot(make.idle)
@@ -131,6 +142,7 @@ class CommandedRanger(Generic[Transfer]):
         """The port was lost: the ping under way is void, and the device may have lost its set-up with it."""
         if self._ping is not None:
             self._report(self._stamped(self._ping, Outcome.INVALID, self._role.farthest, "port lost"))
+            self._doubted = State.FAULTY
         self._present = False
         self._pilot.start(self._live(), now_ns)
 
@@ -142,6 +154,14 @@ class CommandedRanger(Generic[Transfer]):
         trouble = self._condition(now_ns)
         return Health(trouble.state, trouble.message, counts)
 
+    def pace(self, bit_rate: int) -> Pace:
+        """How quick it is, on a bus of so many bit/s; afterwards it is of no use."""
+        make = self._make
+        fire_ns, fired = bus_time(make.fire(listens=False), make.idle, bit_rate)
+        answers = isinstance(fired, Fired) and bool(fired.data)
+        collect_ns = 0 if answers else bus_time(make.collect(), make.idle, bit_rate)[0]
+        return Pace(make.ping_ns, make.rest_ns, fire_ns, collect_ns, answers)
+
     def _condition(self, now_ns: int) -> Trouble:
         if not self._present:
             return self._trouble
@@ -151,7 +171,7 @@ class CommandedRanger(Generic[Transfer]):
                 State.STALLED, f"no reading from {self._make.where} for a while: is its bus held up?"
             )
         if self._latest.outcome is Outcome.INVALID:
-            return Trouble(State.FAULTY, f"invalid reading: {self._latest.reason}")
+            return Trouble(self._doubted, f"invalid reading: {self._latest.reason}")
         return Trouble(State.WELL, "ranging")
 
     def _overhear(self, now_ns: int, received: Sequence[Result[Transfer]]) -> None:
@@ -174,10 +194,22 @@ class CommandedRanger(Generic[Transfer]):
         while trouble := (yield from self._make.set_up()):
             self._trouble = trouble
             self._counts[trouble.state.value] += 1
-            yield self._pilot.now_ns + back_off_ns
+            yield from self._back_off(self._pilot.now_ns + back_off_ns)
             back_off_ns = min(2 * back_off_ns, LONGEST_BACK_OFF_NS)
         self._counts["set-ups"] += 1
         self._present = True
+
+    def _back_off(self, until_ns: int) -> Course[Transfer, None]:
+        """Wait. With general calls: till shortly before one, when those before have ceased to keep it busy;
+        and who fires for all goes on doing so, or its silence would be theirs."""
+        if self._role.call is Call.ITSELF:
+            yield until_ns
+            return
+        while (turn := self._slot.next_turn(self._pilot.now_ns)).start_ns - LATEST_NS < until_ns:
+            yield turn.start_ns
+            if self._role.call is Call.ALL:
+                yield from self._make.fire_all()
+        yield turn.start_ns - LATEST_NS
 
     def _take_turn(self) -> Course[Transfer, None]:
         """Wait for the turn, fire, and report what became of it."""
@@ -187,9 +219,13 @@ class CommandedRanger(Generic[Transfer]):
         self._fired_ns = fired.stamp_ns
         if fired.trouble:
             self._counts["failed to fire"] += 1
-            self._give_up(Trouble(State.MISSING, f"{self._make.where} did not take the command to fire"))
+            what = f"{self._make.where} did not take the command to fire: {fired.trouble}"
+            self._give_up(Trouble(fired.state, what))
             return
         self._ping = fired
+        if fired.silent:
+            self._report(self._stamped(fired, Outcome.NO_ECHO, self._role.farthest))
+            return
         data = fired.data or (yield from self._awaited(fired.stamp_ns + self._make.ping_ns))
         self._report(self._reading(fired, data))
 
@@ -227,6 +263,7 @@ class CommandedRanger(Generic[Transfer]):
         """An answer that cannot be may mean that it is gone, or forgot its settings: it is set up again."""
         answer = self._make.answer(data) if data else Answer(doubt="not ready in time", state=State.MISSING)
         if answer.doubt:
+            self._doubted = answer.state
             if answer.gone:
                 self._give_up(Trouble(answer.state, f"{self._make.where}: {answer.doubt}"))
             return self._stamped(ping, Outcome.INVALID, self._role.farthest, answer.doubt, data)

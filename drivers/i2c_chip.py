@@ -7,6 +7,11 @@ from echogrid.drivers.commanded import Fired, Trouble
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import State
 
+TRIES = 8
+"""Of ten transfers seven may be disturbed: then a ping of six still comes about, mostly."""
+QUICK_NS = 5_000_000
+"""No message is so long on the wire: an adapter that takes longer has waited for nobody."""
+
 
 @dataclass(frozen=True, slots=True)
 class Chip:
@@ -14,11 +19,18 @@ class Chip:
 
     address: int
     """7 bit."""
+    tries: int = 1
+    """How often a message is sent before its missing acknowledge counts."""
 
     @property
     def where(self) -> str:
         """For messages."""
         return f"{self.address:#04x} (7 bit)"
+
+    @property
+    def insisting(self) -> "Chip":
+        """The same, for messages that it should acknowledge at any time: a disturbed one is sent again."""
+        return Chip(self.address, TRIES)
 
     @property
     def idle(self) -> I2cTransfer:
@@ -33,7 +45,7 @@ class Chip:
 
     def send(self, data: bytes) -> Course[I2cTransfer, Result[I2cTransfer]]:
         """Write bytes."""
-        return (yield I2cTransfer((I2cMessage(self.address, write=data),)))
+        return (yield from self._transfer(I2cMessage(self.address, write=data)))
 
     def write(self, register: int, *values: int) -> Course[I2cTransfer, Result[I2cTransfer]]:
         """Write a register and those after it."""
@@ -41,7 +53,7 @@ class Chip:
 
     def take(self, count: int) -> Course[I2cTransfer, bytes]:
         """Read without naming a register; nothing when the chip does not acknowledge."""
-        result = yield I2cTransfer((I2cMessage(self.address, read=count),))
+        result = yield from self._transfer(I2cMessage(self.address, read=count))
         return b"" if result.errno else result.data
 
     def read(self, register: int, count: int) -> Course[I2cTransfer, bytes]:
@@ -54,6 +66,14 @@ class Chip:
         if pointed.errno:
             return b""
         return (yield from self.take(count))
+
+    def _transfer(self, message: I2cMessage) -> Course[I2cTransfer, Result[I2cTransfer]]:
+        """Send it, again if need be; an adapter that takes long to see that nobody answers is asked once."""
+        for _ in range(self.tries - 1):
+            result = yield I2cTransfer((message,))
+            if not result.errno or result.end_ns - result.start_ns > QUICK_NS:
+                return result
+        return (yield I2cTransfer((message,)))
 
 
 GENERAL_CALL = Chip(0)

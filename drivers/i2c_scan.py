@@ -14,6 +14,8 @@ URM09, URM13, RCWL9620 = 0x11, 0x12, 0x57
 RANGERS = (URM09, URM13, RCWL9620, *DEVANTECH)
 """Where rangers are: only there a register is named, which writes a byte."""
 OTHERS = tuple(address for address in range(0x08, 0x78) if address not in RANGERS)
+SECOND_LOOK = 2
+"""The register from which it is read once more. Not 1: that byte fires an RCWL-9620."""
 UNUSED = 0x80
 """What register 1 of an SRF02 or SRF10 reads."""
 BRIGHTEST = 248
@@ -54,8 +56,9 @@ def _look(address: int) -> Course[I2cTransfer, Sighting | None]:
     registers = yield from chip.read(0, LOOKED_AT)
     if not registers:
         return None
-    second = yield from chip.read(1, 2)
-    return Sighting(address, registers, second == registers[1:3] and len(set(registers[:3])) > 1)
+    second = yield from chip.read(SECOND_LOOK, 2)
+    told = registers[SECOND_LOOK : SECOND_LOOK + 2]
+    return Sighting(address, registers, second == told and second != registers[:2])
 
 
 def _is_devantech(sighting: Sighting) -> bool:

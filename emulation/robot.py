@@ -11,10 +11,12 @@ from echogrid.drivers.bus import NEVER_NS
 from echogrid.drivers.clock import Clock
 from echogrid.emulation.buses.can_bus import CanBus
 from echogrid.emulation.buses.i2c_bus import I2cBus
+from echogrid.emulation.buses.iio_bus import IioBus
 from echogrid.emulation.buses.serial_line import SerialLine
 from echogrid.emulation.devices.can_node import CanNode
 from echogrid.emulation.devices.device import EmulatedDevice
 from echogrid.emulation.devices.i2c_chip import I2cChip
+from echogrid.emulation.devices.iio_device import IioDevice
 from echogrid.emulation.devices.serial_device import SerialDevice
 from echogrid.emulation.devices.surroundings import Surroundings
 from echogrid.emulation.errors import RobotSpecError, UnknownNameError
@@ -37,7 +39,7 @@ class BusSpec:
 
     name: str
     kind: str
-    """"serial", "can" or "i2c"."""
+    """"serial", "can", "i2c" or "iio"."""
     rate: int | None = None
     """bit/s; None: 500 000 for CAN, 100 000 for I2C, its device's own for a serial line."""
 
@@ -52,7 +54,7 @@ class RangerSpec:
     x: float
     y: float
     yaw: float
-    options: Mapping[str, int | float] = field(default_factory=dict)
+    options: Mapping[str, int | float | str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +171,7 @@ class EmulatedRobot:
             )
         return model.build(part.name, sensed, Random(f"{self._seed}/{part.name}"), part.options)
 
-    def _build_bus(self, spec: BusSpec) -> SerialLine | CanBus | I2cBus:
+    def _build_bus(self, spec: BusSpec) -> SerialLine | CanBus | I2cBus | IioBus:
         places = [(part.name, part.bus) for parts in (self.spec.rangers, self.spec.wheels) for part in parts]
         devices = [self._devices[name] for name, bus in places if bus == spec.name]
         if spec.kind == "can":
@@ -180,7 +182,9 @@ class EmulatedRobot:
             return _i2c_bus(spec, chips)
         if spec.kind == "serial":
             return _serial_line(spec, [device for device in devices if isinstance(device, SerialDevice)])
-        raise RobotSpecError(f"{spec.name}: no kind of bus {spec.kind!r} (there are: can, i2c, serial)")
+        if spec.kind == "iio":
+            return _iio_bus(spec, [device for device in devices if isinstance(device, IioDevice)])
+        raise RobotSpecError(f"{spec.name}: no kind of bus {spec.kind!r} (there are: can, i2c, iio, serial)")
 
 
 def _angle_of(side: str, wheel_angle: Callable[[str, int], float]) -> Callable[[int], float]:
@@ -206,6 +210,15 @@ def _i2c_bus(spec: BusSpec, chips: list[I2cChip]) -> I2cBus:
         if other != chip.name:
             raise RobotSpecError(f"{spec.name}: {other} and {chip.name} share address {chip.address:#x}")
     return I2cBus(spec.name, spec.rate or _I2C_RATE, chips)
+
+
+def _iio_bus(spec: BusSpec, rangers: list[IioDevice]) -> IioBus:
+    owners: dict[str, str] = {}
+    for ranger in rangers:
+        other = owners.setdefault(ranger.device, ranger.name)
+        if other != ranger.name:
+            raise RobotSpecError(f"{spec.name}: {other} and {ranger.name} share the device {ranger.device!r}")
+    return IioBus(spec.name, rangers)
 
 
 def _serial_line(spec: BusSpec, devices: list[SerialDevice]) -> SerialLine:

@@ -13,11 +13,13 @@ from echogrid.drivers.clock import Clock
 from echogrid.emulation.buses.bus import Bus
 from echogrid.emulation.buses.can_bus import CanBus
 from echogrid.emulation.buses.i2c_bus import I2cBus
+from echogrid.emulation.buses.iio_bus import IioBus
 from echogrid.emulation.buses.serial_line import SerialLine
 from echogrid.emulation.control import ControlServer, answer
 from echogrid.emulation.errors import DirectoryError
 from echogrid.emulation.robot import EmulatedRobot
 from echogrid.emulation.wires.i2c_socket import I2cSocketWire
+from echogrid.emulation.wires.iio_socket import IioSocketWire
 from echogrid.emulation.wires.loop import Loop
 from echogrid.emulation.wires.pty import SerialWire
 from echogrid.emulation.wires.slcan import SlcanWire
@@ -107,6 +109,8 @@ class Server:
                 return SlcanWire(bus, path, self._clock, self._loop)
             case I2cBus():
                 return I2cSocketWire(bus, path.with_name(f"{bus.name}.sock"), self._clock, self._loop)
+            case IioBus():
+                return IioSocketWire(bus, path.with_name(f"{bus.name}.sock"), self._clock, self._loop)
         raise DirectoryError(f"{bus.name}: no wire for this kind of bus")
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-MODULES = ("vhci-hcd", "i2c-dev", "i2c-tiny-usb", "srf08", "ftdi_sio", "vcan", "can-raw")
+MODULES = ("vhci-hcd", "i2c-dev", "i2c-tiny-usb", "srf08", "mb1232", "ftdi_sio", "vcan", "can-raw")
 PROJECT = Path(__file__).parents[1]
 RULES = PROJECT / "udev" / "60-echogrid.rules"
 SYSUSERS = PROJECT / "deploy" / "echogrid.sysusers"

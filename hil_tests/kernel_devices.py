@@ -2,7 +2,7 @@
 
 import os
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from queue import SimpleQueue
 from random import Random
@@ -14,6 +14,7 @@ from echogrid.emulation.buses.can_bus import CanBus
 from echogrid.emulation.buses.i2c_bus import I2cBus
 from echogrid.emulation.buses.serial_line import SerialLine
 from echogrid.emulation.devices.a02yyuw import A02yyuwSensor
+from echogrid.emulation.devices.i2c_chip import I2cChip
 from echogrid.emulation.devices.odrive import ODriveAxis, ODriveOptions
 from echogrid.emulation.devices.srf08 import Srf08Chip, Srf08Options
 from echogrid.emulation.devices.surroundings import Surroundings
@@ -82,6 +83,10 @@ class KernelDevices:
             Srf08Chip(f"srf08 {address:#x}", wall.surroundings(), Random(address), Srf08Options(address))
             for address, wall in walls.items()
         ]
+        self.i2c_chips(serial, chips)
+
+    def i2c_chips(self, serial: str, chips: Sequence[I2cChip]) -> None:
+        """A USB adapter with these chips, plugged in."""
         bus = I2cBus(serial, BUS_RATE, chips)
         self._plug(serial, bus, UsbI2cWire(bus, serial, self.clock, self.loop))
 

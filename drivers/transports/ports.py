@@ -4,13 +4,17 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from echogrid.drivers.bus import Port
+from echogrid.drivers.bus import I2cTransfer, IioRead, Port
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.transports import iio_socket
 from echogrid.drivers.transports.can import CanPort
-from echogrid.drivers.transports.i2c import Adapter, I2cPort
+from echogrid.drivers.transports.i2c import I2cPort
 from echogrid.drivers.transports.i2c_kernel import KernelAdapter
 from echogrid.drivers.transports.i2c_socket import SocketAdapter
+from echogrid.drivers.transports.iio import IioPort
+from echogrid.drivers.transports.iio_sysfs import SysfsAdapter
 from echogrid.drivers.transports.serial import SerialPort
+from echogrid.drivers.transports.transfers import Adapter
 
 SOCKET = "unix:"
 NO_OPTIONS: Mapping[str, Any] = MappingProxyType({})
@@ -22,6 +26,7 @@ def make_port(kind: str, address: str, options: Mapping[str, Any] = NO_OPTIONS) 
     serial: address is a path; options baud, stop_bits, parity.
     i2c: address is a path (/dev/i2c-1), or unix:PATH for an emulated bus; options timeout_s.
     can: address is a channel of python-can; options interface, bitrate, and what else that interface takes.
+    iio: address is a path (/sys/bus/iio/devices), or unix:PATH for emulated devices; no options.
     """
     if kind == "serial":
         _require_known(options, "baud", "stop_bits", "parity")
@@ -33,7 +38,10 @@ def make_port(kind: str, address: str, options: Mapping[str, Any] = NO_OPTIONS) 
         own = {key: value for key, value in options.items() if key in ("interface", "bitrate")}
         more = {key: value for key, value in options.items() if key not in own}
         return CanPort(address, **own, more=more)
-    raise ValueError(f"kind is {kind!r}: expected 'serial', 'i2c' or 'can'")
+    if kind == "iio":
+        _require_known(options)
+        return IioPort(_iio_adapter(address))
+    raise ValueError(f"kind is {kind!r}: expected 'serial', 'i2c', 'can' or 'iio'")
 
 
 def open_port(kind: str, address: str, options: Mapping[str, Any] = NO_OPTIONS) -> Port[Any, Any]:
@@ -43,7 +51,13 @@ def open_port(kind: str, address: str, options: Mapping[str, Any] = NO_OPTIONS) 
     return port
 
 
-def _adapter(address: str, timeout_s: float = 0.1) -> Adapter:
+def _iio_adapter(address: str) -> Adapter[IioRead]:
+    if address.startswith(SOCKET):
+        return iio_socket.SocketAdapter(address.removeprefix(SOCKET))
+    return SysfsAdapter(address)
+
+
+def _adapter(address: str, timeout_s: float = 0.1) -> Adapter[I2cTransfer]:
     require_between("timeout_s", timeout_s, 0.01, 10.0)
     if address.startswith(SOCKET):
         return SocketAdapter(address.removeprefix(SOCKET), timeout_s)
@@ -53,4 +67,4 @@ def _adapter(address: str, timeout_s: float = 0.1) -> Adapter:
 def _require_known(options: Mapping[str, Any], *known: str) -> None:
     for key in options:
         if key not in known:
-            raise ValueError(f"{key} is no option of this port: expected {', '.join(known)}")
+            raise ValueError(f"{key} is no option of this port: expected {', '.join(known) or 'none'}")

@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Sequence
 from errno import ENXIO
+from functools import reduce
 
 from echogrid.drivers.bus import NEVER_NS, I2cMessage, I2cResult, I2cTransfer
 from echogrid.emulation.buses.bus import PoweringBus
@@ -67,7 +68,7 @@ class I2cBus(PoweringBus[I2cResult, I2cTransfer]):
                 return I2cResult(transfer, start_ns, now_ns + self._byte_ns, errno=ENXIO)
             end_ns = now_ns + (1 + len(message.write) + message.read) * self._byte_ns
             if message.read:
-                data += chips[0].read(message.read)
+                data += _pulled_down([chip.read(message.read) for chip in chips])
             else:
                 for chip in chips:
                     chip.write(message.write, end_ns)
@@ -83,3 +84,8 @@ class I2cBus(PoweringBus[I2cResult, I2cTransfer]):
             if (chip.takes_general_call if general else chip.address == message.address)
             and chip.acknowledges(now_ns)
         ]
+
+
+def _pulled_down(answers: Sequence[bytes]) -> bytes:
+    """What the host reads when several drive the line at once: each can pull it down, and none up."""
+    return bytes(reduce(int.__and__, together) for together in zip(*answers, strict=True))

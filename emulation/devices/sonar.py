@@ -1,6 +1,6 @@
 """The measuring half of an emulated ranger: it pings, listens, and has its ways to fail."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from random import Random
 
@@ -57,6 +57,11 @@ class Sonar:
         return self._last
 
     def first(self, reach: float, nearest: float = 0.0) -> float | None:
-        """Distance (m) of the first echo heard at full gain from `nearest` to `reach`; None: there is none."""
-        heard = (echo.distance for echo in self.echoes() if echo.margin >= 0)
-        return next((distance for distance in heard if nearest <= distance <= reach), None)
+        """Distance (m) of the first echo heard at full gain, `nearest` to `reach`; None: there is none."""
+        return first_heard(self.echoes(), reach, nearest)
+
+
+def first_heard(echoes: Sequence[Echo], reach: float, nearest: float = 0.0) -> float | None:
+    """Distance (m) of the first of them that is heard at full gain from `nearest` to `reach`."""
+    heard = (echo.distance for echo in echoes if echo.margin >= 0)
+    return next((distance for distance in heard if nearest <= distance <= reach), None)

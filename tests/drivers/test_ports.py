@@ -34,7 +34,7 @@ def test_a_port_is_made_by_kind(kind: str, address: str, options: dict[str, obje
 @mark.parametrize(
     ("kind", "options", "text"),
     [
-        ("spi", {}, "kind is 'spi': expected 'serial', 'i2c' or 'can'"),
+        ("spi", {}, "kind is 'spi': expected 'serial', 'i2c', 'can' or 'iio'"),
         ("serial", {"bitrate": 1}, "bitrate is no option of this port: expected baud"),
         ("i2c", {"timeout": 1}, "timeout is no option of this port: expected timeout_s"),
         ("i2c", {"timeout_s": 0}, "timeout_s is 0: expected 0.01 to 10.0"),

@@ -72,7 +72,7 @@ def test_in_cold_air_microseconds_are_true_and_centimetres_are_not() -> None:
 def test_revision_and_light_stand_before_the_echoes() -> None:
     host = Host(chip(wall(1.0)))
     host.range()
-    assert host.read(0, 4).data == bytes((10, 128, 0, 100))
+    assert host.read(0, 4).data == bytes((10, 90, 0, 100))
 
 
 def test_seventeen_echoes_fill_the_registers_and_no_more() -> None:
@@ -206,3 +206,82 @@ def test_the_scene_is_asked_for_the_time_of_fire_when_it_has_listened() -> None:
     host.now_ns += 65 * MS
     host.read(0, 1)
     assert asked == [ping.end_ns]
+
+
+def change_address(host: Host, *values: int, address: int = 0x70) -> None:
+    for value in values:
+        host.write(0, value, address=address)
+
+
+def test_four_messages_in_order_give_it_another_address_for_good() -> None:
+    device = chip(wall(1.0))
+    host = Host(device)
+    change_address(host, 0xA0, 0xAA, 0xA5, 0xF2)
+    assert host.read(0, 1, 0x70).errno == ENXIO
+    assert echoes_of(host.range(address=0x79)) == [100]
+    device.fault("off", host.now_ns, MS)
+    host.now_ns += 2 * MS
+    assert host.read(0, 1, 0x79).errno == 0
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        (0xA0, 0xA5, 0xAA, 0xF2),
+        (0xA0, 0xAA, 0x51, 0xA5, 0xF2),
+        (0xAA, 0xA5, 0xF2),
+        (0xA0, 0xAA, 0xA5, 0xF3),
+        (0xA0, 0xAA, 0xA5, 0xD0),
+        (0xA0, 0xAA, 0xA5, 0x52, 0xF2),
+    ],
+)
+def test_any_other_sequence_leaves_the_address_as_it_is(values: tuple[int, ...]) -> None:
+    host = Host(chip())
+    for value in values:
+        host.write(0, value)
+        host.now_ns += 65 * MS
+    assert host.read(0, 1, 0x70).errno == 0
+
+
+def test_a_sequence_begun_again_counts_from_its_second_beginning() -> None:
+    host = Host(chip())
+    change_address(host, 0xA0, 0xAA, 0xA0, 0xAA, 0xA5, 0xE4)
+    assert host.read(0, 1, 0x72).errno == 0
+
+
+@pytest.mark.parametrize("between", [(0,), (1, 31), (0, 0xAA, 0xA5)])
+def test_no_other_message_may_come_in_between(between: tuple[int, ...]) -> None:
+    host = Host(chip())
+    host.write(0, 0xA0)
+    host.write(*between)
+    change_address(host, 0xAA, 0xA5, 0xF2)
+    assert host.read(0, 1, 0x70).errno == 0
+
+
+def test_a_read_in_between_breaks_the_sequence() -> None:
+    host = Host(chip())
+    change_address(host, 0xA0, 0xAA, 0xA5)
+    host.transfer(I2cMessage(0x70, read=1))
+    host.write(0, 0xF2)
+    assert host.read(0, 1, 0x70).errno == 0
+
+
+def test_a_loss_of_power_breaks_the_sequence() -> None:
+    device = chip()
+    host = Host(device)
+    change_address(host, 0xA0, 0xAA, 0xA5)
+    device.fault("off", host.now_ns, MS)
+    host.now_ns += 2 * MS
+    host.write(0, 0xF2)
+    assert host.read(0, 1, 0x70).errno == 0
+
+
+def test_two_at_one_address_pull_each_other_s_bits_down() -> None:
+    host = Host(chip(wall(1.0)), chip(wall(1.1), name="twin"))
+    assert echoes_of(host.range(0x52)) == [5831 & 6414]
+
+
+@pytest.mark.parametrize("address", [0x6F, 0x80, 0xE0])
+def test_an_address_of_another_make_is_refused(address: int) -> None:
+    with pytest.raises(ValueError, match="is not one of a Devantech ranger"):
+        Srf08Options(address=address)
