@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 ARGS ?=
 CODE := src/echogrid/*/ src tests hil_tests examples
 
-.PHONY: run test check hil evaluate figures lock clean
+.PHONY: run test check fuzz hil evaluate figures lock clean
 
 run: $(VENV)/run-ready
 	$(BIN)/echogrid run $(ARGS)
@@ -17,6 +17,10 @@ check: $(VENV)/test-ready
 	$(BIN)/ruff check $(CODE)
 	$(BIN)/ruff format --check $(CODE)
 	$(BIN)/mypy
+
+# Noise for the drivers of serial devices: 10 MB each, or as ARGS says (--bytes, --seed, names of drivers).
+fuzz: $(VENV)/test-ready
+	$(BIN)/python -m tests.fuzz $(ARGS)
 
 # The same robot on a real kernel, in a guest: see docs/bench.md. What it needs it installs.
 hil: $(VENV)/test-ready

@@ -1,10 +1,9 @@
 """A ranger on a serial line which pings and sends unasked, and is only listened to."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from math import nan
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from echogrid.drivers.device import Health, State, Step
 from echogrid.drivers.readings import Outcome, RangeReading, classify
@@ -12,11 +11,13 @@ from echogrid.drivers.role import RangerRole
 
 BITS_PER_BYTE = 10
 """8 data bits, a start and a stop bit."""
-STALE_NS = 1_000_000_000
+PATIENCE_NS = 1_000_000_000
+"""Most send ten times a second."""
+NOTHING: Step[bytes] = Step()
+"""What most steps come to."""
 
 
-@dataclass(frozen=True, slots=True)
-class Said:
+class Said(NamedTuple):
     """One frame, as its make understands it."""
 
     raw: bytes
@@ -25,19 +26,23 @@ class Said:
     """m, if it is an ECHO; whether it lies within the sensor's limits is not yet looked at."""
     reason: str = ""
     """Why, when INVALID."""
+    flight_ns: int = 0
+    """How much of the make's delay was over when the sound met the obstacle."""
 
 
 class StreamMake(Protocol):
     """What the rangers of one make send."""
 
     delay_ns: int
-    """From the sound meeting the obstacle to the frame's last byte."""
+    """From the sound meeting the obstacle, or from a moment before that, to the frame's last byte."""
     error_ns: int
     """How far off that may be."""
+    patience_ns: int
+    """How long it may be silent."""
     garbled: str
     """What to look for when bytes come but no frames."""
 
-    def feed(self, chunk: bytes) -> Iterable[Said]:
+    def feed(self, chunk: bytes) -> Sequence[Said]:
         """The frames which `chunk` completes, and which are believed."""
         ...
 
@@ -59,7 +64,8 @@ class StreamingRanger:
         self._make = make
         self._counts: Counter[str] = Counter()
         self._heard_ns: int | None = None
-        self._believed_ns: int | None = None
+        self._awaited_ns = 0
+        """Since when there are bytes but no frame."""
         self._latest: RangeReading | None = None
 
     def step(self, now_ns: int, received: Sequence[bytes]) -> Step[bytes]:
@@ -67,17 +73,20 @@ class StreamingRanger:
 
         Of several frames only the last gives a reading: nobody knows how long the others were held up.
         """
-        chunk = b"".join(received)
-        if chunk:
-            self._heard_ns = now_ns
-        said = list(self._make.feed(chunk))
+        if not received:
+            return NOTHING
+        if self._heard_ns is None:
+            self._awaited_ns = now_ns
+        self._heard_ns = now_ns
+        said = self._make.feed(received[0] if len(received) == 1 else b"".join(received))
         if not said:
-            return Step()
-        self._counts["overtaken frames"] += len(said) - 1
-        self._believed_ns = now_ns
-        self._latest = self._reading(said[-1], now_ns - self._make.delay_ns)
-        self._counts[self._latest.outcome.value] += 1
-        return Step((self._latest,))
+            return NOTHING
+        if len(said) > 1:
+            self._counts["overtaken frames"] += len(said) - 1
+        self._awaited_ns = now_ns
+        self._latest = reading = self._reading(said[-1], now_ns - self._make.delay_ns)
+        self._counts[reading.outcome.value] += 1
+        return Step((reading,))
 
     def lost(self, now_ns: int) -> None:  # noqa: ARG002 - as every device is told
         """The port was lost."""
@@ -89,18 +98,20 @@ class StreamingRanger:
         return Health(state, message, {**self._counts, **self._make.counts()})
 
     def _condition(self, now_ns: int) -> tuple[State, str]:
-        if self._heard_ns is None or now_ns - self._heard_ns > STALE_NS:
+        if self._heard_ns is None or now_ns - self._heard_ns > self._make.patience_ns:
             return State.SILENT, "silent: check its power and TX wire; some parts are silent without an echo"
-        if self._believed_ns is None or now_ns - self._believed_ns > STALE_NS:
+        if now_ns - self._awaited_ns > self._make.patience_ns:
             return State.GARBLED, f"bytes, but no frames: {self._make.garbled}"
-        if self._latest is not None and self._latest.outcome is Outcome.INVALID:
+        if self._latest is None:
+            return State.SETTING_UP, "bytes come, no whole frame yet"
+        if self._latest.outcome is Outcome.INVALID:
             return State.FAULTY, f"invalid reading: {self._latest.reason}"
         return State.WELL, "ranging"
 
-    def _reading(self, said: Said, stamp_ns: int) -> RangeReading:
-        outcome, distance = said.outcome, said.distance
+    def _reading(self, said: Said, from_ns: int) -> RangeReading:
+        raw, outcome, distance, reason, flight_ns = said
         if outcome is Outcome.ECHO:
             outcome, distance = classify(distance, self._role.nearest, self._role.farthest)
         return RangeReading(
-            stamp_ns, self._make.error_ns, self.name, outcome, distance, said.raw, said.reason
+            from_ns + flight_ns, self._make.error_ns, self.name, outcome, distance, raw, reason
         )

@@ -11,16 +11,17 @@ def as_line(reading: Reading, start_ns: int) -> str:
     seconds = (reading.stamp_ns - start_ns) * 1e-9
     raw = reading.raw.hex(" ")
     if isinstance(reading, RangeReading):
-        said = _said(reading)
-        later = "".join(f", {distance:.3f}" for distance in reading.later)
-        return f"{seconds:9.3f} s  {reading.sensor}  {said}{later}  [{raw}]"
-    turned = f"{reading.angle:+.4f} rad  {reading.rate:+.3f} rad/s{'  restarted' * reading.discontinuity}"
-    return f"{seconds:9.3f} s  {reading.wheel}  {turned}  [{raw}]"
+        return f"{seconds:9.3f} s  {reading.sensor}  {said(reading)}  [{raw}]"
+    return f"{seconds:9.3f} s  {reading.wheel}  {said(reading)}  [{raw}]"
 
 
-def _said(reading: RangeReading) -> str:
+def said(reading: Reading) -> str:
+    """What it says, in few words."""
+    if not isinstance(reading, RangeReading):
+        restarted = "  restarted" if reading.discontinuity else ""
+        return f"{reading.angle:+.4f} rad  {reading.rate:+.3f} rad/s{restarted}"
     if reading.outcome is Outcome.ECHO:
-        return f"{reading.distance:7.3f} m"
+        return ", ".join(f"{distance:.3f}" for distance in (reading.distance, *reading.later)) + " m"
     if reading.outcome is Outcome.INVALID:
         return f"invalid: {reading.reason}"
     return str(reading.outcome.value)

@@ -4,7 +4,7 @@ Nothing is sent that lets a device do something, unless it is asked for.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from echogrid.drivers import i2c_scan, registry
 from echogrid.drivers.bus import I2cTransfer
 from echogrid.drivers.clock import Clock
 from echogrid.drivers.conversation import Conversation
-from echogrid.drivers.device import Device, Line
+from echogrid.drivers.device import Line
 from echogrid.drivers.errand import Errand
 from echogrid.drivers.errors import PortError
 from echogrid.drivers.readings import Outcome, RangeReading
@@ -21,6 +21,7 @@ from echogrid.drivers.transports.ports import make_port
 from echogrid.runtime import lone_device
 from echogrid.runtime.errors import UsageError
 from echogrid.runtime.lone_bus import lone_bus
+from echogrid.runtime.reading_text import said
 
 _LOOK_S = 5.0
 """For all addresses of an I2C bus."""
@@ -31,7 +32,7 @@ _ASK_S = 1.5
 _ENOUGH = 2
 """Readings that prove a ranger: noise may look like one."""
 _SOCKET = "unix:"
-_ROLE = RangerRole("scan", 0.0, 100.0, None, 343.2)
+_ROLE = RangerRole("scan", 0.0, lone_device.FARTHEST_M, None, 343.2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +47,15 @@ class Found:
     """What the driver must be told to talk to it."""
     reading: str = ""
     """What it said."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Listener:
+    """A driver that hears what comes in."""
+
+    driver: str
+    settings: dict[str, Any]
+    device: Any
 
 
 def machine_ports() -> list[str]:
@@ -79,26 +89,23 @@ def _on_i2c(port: str, clock: Clock) -> Iterator[Found]:
 def _asked(found: Found, clock: Clock) -> Found:
     """The same, after one ping by each driver that it may be: the first which understands it is the one."""
     for driver in found.drivers:
-        if said := _said(driver, found.port, found.settings, clock):
-            return Found(found.port, (driver,), found.address, found.settings, said)
+        if words := _said(driver, found.port, found.settings, clock):
+            return Found(found.port, (driver,), found.address, found.settings, words)
     return found
 
 
 def _heard(port: str, clock: Clock) -> Iterator[Found]:
     """Rangers which send unasked: all such drivers listen at once, at one speed after the other."""
-    for baud, drivers in _listeners().items():
-        devices: list[Device[Any, Any]] = [
-            registry.driver(name)(_ROLE, registry.driver(name).Settings()) for name in drivers
-        ]
-        options = {"baud": baud}
-        with lone_bus(Line(port, devices), make_port("serial", port, options), clock) as bus:
-            bus.turn_until(lambda bus=bus: bus.waiting > 2 * _ENOUGH, _LISTEN_S)  # type: ignore[misc]
-            readings = bus.take()
-            for name, device in zip(drivers, devices, strict=True):
-                own = device.health(clock.now_ns())
-                if sum(own.counts.get(outcome.value, 0) for outcome in Outcome) >= _ENOUGH and readings:
-                    yield Found(port, (name,), None, {}, _told(readings))
-                    return
+    for baud, listeners in _listeners().items():
+        line = Line(port, [listener.device for listener in listeners])
+        with lone_bus(line, make_port("serial", port, {"baud": baud}), clock) as bus:
+            bus.turn_until(lambda bus=bus: bus.waiting >= _ENOUGH, _LISTEN_S)  # type: ignore[misc]
+            readings = [each for each in bus.take() if isinstance(each, RangeReading)]
+        for listener in listeners:
+            own = [each for each in readings if each.sensor == listener.device.name]
+            if len(own) >= _ENOUGH and (words := _told(own)):
+                yield Found(port, (listener.driver,), None, listener.settings, words)
+                return
 
 
 def _answering(port: str, clock: Clock) -> Iterator[Found]:
@@ -106,9 +113,9 @@ def _answering(port: str, clock: Clock) -> Iterator[Found]:
     for name in registry.driver_names():
         driver = registry.driver(name)
         spoken_to = driver.bus == "serial" and driver.line is Conversation
-        if spoken_to and (said := _said(name, port, {}, clock)):
+        if spoken_to and (words := _said(name, port, {}, clock)):
             address = getattr(driver.Settings(), driver.identity, None) if driver.identity else None
-            yield Found(port, (name,), address, {}, said)
+            yield Found(port, (name,), address, {}, words)
 
 
 def _said(driver: str, port: str, settings: dict[str, Any], clock: Clock) -> str:
@@ -128,16 +135,18 @@ def _told(readings: Sequence[Any]) -> str:
     believed = [each for each in ranges if each.outcome is not Outcome.INVALID]
     if not believed:
         return ""
-    last = believed[-1]
-    return f"{last.distance:.3f} m" if last.outcome is Outcome.ECHO else last.outcome.value
+    return said(believed[-1])
 
 
-def _listeners() -> dict[int, list[str]]:
-    """Drivers which only listen, by the speed at which they do."""
-    by_baud: dict[int, list[str]] = {}
+def _listeners() -> dict[int, list[_Listener]]:
+    """Drivers which only listen, with the settings that are likely, by the speed at which they do."""
+    by_baud: dict[int, list[_Listener]] = {}
     for name in registry.driver_names():
         driver = registry.driver(name)
         if driver.bus == "serial" and driver.line is Line:
-            device = driver(_ROLE, driver.Settings())
-            by_baud.setdefault(int(str(device.port_options["baud"])), []).append(name)
+            likely: tuple[dict[str, Any], ...] = getattr(driver, "likely", ({},))
+            for settings in likely:
+                role = replace(_ROLE, name=f"{name} {settings}")
+                listener = _Listener(name, settings, driver(role, driver.Settings(**settings)))
+                by_baud.setdefault(int(listener.device.port_options["baud"]), []).append(listener)
     return by_baud

@@ -1,32 +1,26 @@
-"""An emulated DFRobot A02YYUW: a ranger which fires by itself and sends FF H L SUM."""
+"""An emulated DFRobot A02YYUW or a sibling: a ranger which fires by itself and sends FF H L SUM."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from random import Random
 
 from echogrid.drivers.bus import NEVER_NS
+from echogrid.emulation.devices.ff_parts import FfOptions
 from echogrid.emulation.devices.serial_device import SerialDevice
 from echogrid.emulation.devices.sonar import RANGING_VERBS, Sonar
 from echogrid.emulation.devices.surroundings import Surroundings
 from echogrid.emulation.faults import Verb
 
 BAUD = 9600
-_NEAREST = 0.03
-_HEADER = 0xFF
-_SILENT = -1
 
 
 @dataclass(frozen=True, slots=True)
-class A02yyuwOptions:
+class A02yyuwOptions(FfOptions):
     """What differs between makes and settings of this sensor."""
 
     period_ns: int = 100_000_000
-    lag_ns: int = 100_000_000
-    """From the echo's arrival (or the end of listening) to the first bit: the sheet says 100-300 ms."""
-    reach: float = 4.5
-    """m."""
-    no_echo: int = 0
-    """The value (mm) sent when nothing is heard: there is no standard one; -1 sends nothing."""
+    lag_ns: int | None = None
+    """From the echo's arrival (or the end of listening) to the first bit; None: as the part has it."""
 
 
 class A02yyuwSensor(SerialDevice):
@@ -46,7 +40,9 @@ class A02yyuwSensor(SerialDevice):
         self._sonar = Sonar(surroundings, self.faults, random)
         self._options = options
         self._phase_ns = random.randrange(options.period_ns)
-        full_ns = round(2e9 * options.reach / surroundings.speed_of_sound)
+        self._reach = options.chosen.reach
+        self._lag_ns = options.chosen.lag_ns if options.lag_ns is None else options.lag_ns
+        full_ns = round(2e9 * self._reach / surroundings.speed_of_sound)
         self._listens_ns = min(full_ns, options.period_ns)
         self._fire_ns = self._heard_ns = NEVER_NS
 
@@ -77,27 +73,9 @@ class A02yyuwSensor(SerialDevice):
 
     def _tell(self, fired_ns: int) -> None:
         """Send what was heard, so long after it came."""
-        distance = self._sonar.first(self._options.reach)
-        way = 2 * (self._options.reach if distance is None else distance)
+        distance = self._sonar.first(self._reach)
+        way = 2 * (self._reach if distance is None else distance)
         came_ns = fired_ns + round(1e9 * way / self._sonar.speed_of_sound)
-        self.send(self._frame(distance), came_ns + self._options.lag_ns + self._delay_ns())
-
-    def _frame(self, distance: float | None) -> bytes:
-        if "garbage" in self.faults:
-            return self._sonar.random.randbytes(4)
-        if distance is None:
-            return b"" if self._options.no_echo == _SILENT else frame(self._options.no_echo)
-        if distance < _NEAREST:
-            return frame(_below_minimum(distance))
-        return frame(round(distance * 1000))
-
-
-def frame(millimetres: int) -> bytes:
-    """FF H L SUM."""
-    high, low = divmod(millimetres, 256)
-    return bytes((_HEADER, high, low, (_HEADER + high + low) & 0xFF))
-
-
-def _below_minimum(distance: float) -> int:
-    """What is sent for an object in the blind zone: a value below the minimum, never the no-echo 0."""
-    return max(1, int(distance * 1000))
+        garbage = "garbage" in self.faults
+        data = self._sonar.random.randbytes(4) if garbage else self._options.message(distance)
+        self.send(data, came_ns + self._lag_ns + self._delay_ns())

@@ -57,7 +57,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _line(found: "Found") -> str:
     address = "" if found.address is None else f"{found.address:#04x}  "
-    return f"  {address}{' or '.join(found.drivers) or 'an unknown device'}  {found.reading}".rstrip()
+    likely = [f"{key} {value}?" for key, value in found.settings.items() if key != "address"]
+    drivers = " or ".join(found.drivers) or "an unknown device"
+    return f"  {address}{drivers}{''.join(f' ({each})' for each in likely)}  {found.reading}".rstrip()
 
 
 def _object(found: "Found") -> str:

@@ -1,10 +1,12 @@
 from itertools import pairwise
 from random import Random
+from typing import Any
 
 import pytest
 
 from echogrid.emulation.buses.serial_line import SerialLine
-from echogrid.emulation.devices.a02yyuw import A02yyuwOptions, A02yyuwSensor, frame
+from echogrid.emulation.devices.a02yyuw import A02yyuwOptions, A02yyuwSensor
+from echogrid.emulation.devices.ff_parts import FF_PARTS, frame
 from echogrid.emulation.devices.surroundings import Surroundings
 from echogrid.emulation.scene import Echo
 
@@ -13,7 +15,7 @@ SECOND = 1000 * MS
 SPEED = 343.0
 
 
-def line(distance: float | None = 1.953, seed: int = 1, **options: int) -> tuple[A02yyuwSensor, SerialLine]:
+def line(distance: float | None = 1.953, seed: int = 1, **options: Any) -> tuple[A02yyuwSensor, SerialLine]:
     echoes = () if distance is None else (Echo(distance, 20.0, "wall"),)
     surroundings = Surroundings(lambda fire_ns: echoes, SPEED)
     sensor = A02yyuwSensor("left", surroundings, Random(seed), A02yyuwOptions(**options))
@@ -83,6 +85,22 @@ def test_the_value_for_nothing_is_configurable() -> None:
 @pytest.mark.parametrize(("distance", "golden"), [(0.029, "FF001D1C"), (0.0, "FF000100")])
 def test_too_near_is_a_value_below_the_minimum_but_not_0(distance: float, golden: str) -> None:
     assert sent(line(distance)[1], 400 * MS)[:4] == bytes.fromhex(golden)
+
+
+def test_some_boards_leave_the_header_out_of_the_sum() -> None:
+    assert sent(line(0.222, header_summed=False)[1], 400 * MS)[:4] == bytes.fromhex("FF00DEDE")
+
+
+@pytest.mark.parametrize("part", FF_PARTS)
+def test_each_part_has_its_reach_and_its_value_for_nothing(part: str) -> None:
+    reach = FF_PARTS[part].reach
+    assert sent(line(reach - 0.01, part=part)[1], 400 * MS)[:4] == frame(round(reach * 1000) - 10)
+    assert sent(line(reach + 0.01, part=part)[1], 400 * MS)[:4] == frame(FF_PARTS[part].no_echo)
+
+
+def test_an_unknown_part_is_told_with_those_which_there_are() -> None:
+    with pytest.raises(ValueError, match=r"no part 'a03' \(there are: a02yyuw, a01nyub, "):
+        A02yyuwOptions(part="a03")
 
 
 def test_an_echo_below_the_threshold_is_not_heard() -> None:

@@ -14,13 +14,16 @@ WALL = 1.5
 
 @pytest.fixture
 def robot(short_dir: Path) -> Iterator[Path]:
-    """The folder of a robot with two I2C rangers and one that talks by itself."""
+    """The folder of a robot with two I2C rangers, two that talk by themselves and one which is spoken to."""
     rangers = [
         RangerSpec("front", "srf08", "ring", 0.0, 0.0, 0.0, {"address": 0x71}),
         RangerSpec("rear", "srf08", "ring", 0.0, 0.0, 0.0, {"address": 0x7A}),
         RangerSpec("left", "a02yyuw", "line", 0.0, 0.0, 0.0),
+        RangerSpec("right", "maxbotix", "text", 0.0, 0.0, 0.0, {"model": "MB1240"}),
+        RangerSpec("back", "urm15", "bus", 0.0, 0.0, 0.0),
     ]
-    with served(short_dir, {"ring": "i2c", "line": "serial"}, rangers, WALL):
+    buses = {"ring": "i2c", "line": "serial", "text": "serial", "bus": "serial"}
+    with served(short_dir, buses, rangers, WALL):
         yield short_dir
 
 
@@ -47,6 +50,21 @@ def test_a_ranger_that_talks_is_found_by_listening(robot: Path, capsys: pytest.C
         "settings": {},
         "reading": "1.500 m",
     }
+
+
+def test_of_a_maxbotix_it_is_told_which_model_was_assumed(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["scan", str(robot / "text")]) == 0
+    assert capsys.readouterr().out.splitlines()[1].startswith("  maxbotix (model MB1240?)  1.50")
+
+
+def test_a_ranger_which_is_spoken_to_is_found_only_by_asking(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["scan", str(robot / "bus")]) == 1
+    assert main(["scan", str(robot / "bus"), "--ask"]) == 0
+    assert "  0x0f  urm15  1.500 m" in capsys.readouterr().out.splitlines()
 
 
 def test_a_port_that_is_not_there_is_told_and_the_others_are_scanned(
