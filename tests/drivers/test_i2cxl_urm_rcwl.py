@@ -30,27 +30,7 @@ RESOLUTION = {"i2cxl": CENTIMETRE, "rcwl-9620": 1e-6, "urm09": CENTIMETRE, "urm1
 NEAREST = {"i2cxl": 0.22, "rcwl-9620": 0.06, "urm09": 0.06, "urm13-i2c": 0.41}
 """m: from where on each tells distances."""
 
-SEEN = {
-    **dict.fromkeys(("off", "unplug"), State.MISSING),
-    **dict.fromkeys(("stuck", "wrong"), State.WELL),
-}
-"""What all of them look like; an intermittent one comes and goes."""
-STATES: Mapping[str, Mapping[str, State]] = {
-    "i2cxl": SEEN
-    | {"garbage": State.FAULTY, "slow": State.MISSING, "delayed": State.MISSING}
-    | {"address_conflict": State.WELL},
-    "rcwl-9620": SEEN | {"slow": State.WELL, "delayed": State.WELL, "address_conflict": State.WELL},
-    "urm09": SEEN
-    | {"garbage": State.WRONG_DEVICE, "slow": State.WELL, "delayed": State.WELL}
-    | {"address_conflict": State.CONFLICT},
-    "urm13-i2c": SEEN
-    | {"garbage": State.WRONG_DEVICE, "slow": State.WELL, "delayed": State.WELL}
-    | {"address_conflict": State.CONFLICT},
-}
-"""What a fault looks like. A distance that is wrong, old or without a check is not seen to be so."""
-CASES = [(driver, verb, state) for driver, states in STATES.items() for verb, state in states.items()]
-
-drivers = mark.parametrize("driver", STATES)
+drivers = mark.parametrize("driver", RESOLUTION)
 
 
 class Rig(Joined):
@@ -177,13 +157,6 @@ def test_a_urm09_that_lost_its_configuration_with_its_power_is_set_anew() -> Non
     readings = rig.run(3 * SECOND)
     assert readings[-1].distance == 3.5
     assert {reading.outcome for reading in readings} <= {Outcome.ECHO, Outcome.INVALID}
-
-
-@mark.parametrize(("driver", "verb", "state"), CASES, ids=str)
-def test_each_fault_has_its_state_and_its_way_back(driver: str, verb: str, state: State) -> None:
-    course = course_of(driver, verb)
-    assert course.state is state
-    assert course.recovery_s < 3.0
 
 
 @drivers

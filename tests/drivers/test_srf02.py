@@ -219,27 +219,6 @@ def test_the_chip_s_loss_of_power_needs_no_set_up() -> None:
     assert joined.states() == [State.WELL]
 
 
-@mark.parametrize(
-    ("verb", "state"),
-    [
-        ("off", State.MISSING),
-        ("unplug", State.MISSING),
-        ("delayed", State.MISSING),
-        ("slow", State.MISSING),
-        ("garbage", State.GARBLED),
-        ("address_conflict", State.CONFLICT),
-        ("stuck", State.WELL),
-        ("wrong", State.WELL),
-    ],
-)
-def test_every_fault_has_its_state_and_its_way_back(verb: str, state: State) -> None:
-    suffered = before(Srf02Chip("front", room(1.5), Random(1))).suffer(verb)
-    assert suffered.state is state
-    assert suffered.recovery_ns < 2_500 * MS
-    if state is not State.WELL:
-        assert suffered.outcomes[Outcome.ECHO] == 0
-
-
 def test_a_bad_contact_is_told_in_its_bad_spells_and_gives_no_false_echo() -> None:
     suffered = before(Srf02Chip("front", room(1.5), Random(1))).suffer("intermittent")
     assert suffered.states[State.MISSING] > 0

@@ -552,27 +552,6 @@ def test_two_of_a_kind_at_one_address_are_not_noticed_and_read_too_near() -> Non
     assert joined.states() == [State.WELL]
 
 
-@mark.parametrize(
-    ("verb", "state"),
-    [
-        ("off", State.MISSING),
-        ("unplug", State.MISSING),
-        ("delayed", State.MISSING),
-        ("slow", State.MISSING),
-        ("garbage", State.GARBLED),
-        ("stuck", State.WELL),
-        ("wrong", State.WELL),
-    ],
-)
-def test_every_fault_has_its_state_and_its_way_back(verb: str, state: State) -> None:
-    joined = Joined([Srf08Chip("front", room(1.5), Random(1))], [Srf08(ROLE, Srf08.Settings())])
-    suffered = joined.suffer(verb)
-    assert suffered.state is state
-    assert suffered.recovery_ns < 2_500 * MS
-    if state is not State.WELL:
-        assert suffered.outcomes[Outcome.ECHO] == 0
-
-
 def test_a_bad_contact_is_told_in_its_bad_spells_and_gives_no_false_echo() -> None:
     joined = Joined([Srf08Chip("front", room(1.5), Random(1))], [Srf08(ROLE, Srf08.Settings())])
     suffered = joined.suffer("intermittent")

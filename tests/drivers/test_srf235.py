@@ -170,27 +170,6 @@ def test_another_of_the_family_at_its_address_is_noticed_by_its_time(
     assert joined.messages()[0].endswith("is it an SRF02, SRF08 or SRF10?")
 
 
-@mark.parametrize(
-    ("verb", "state"),
-    [
-        ("off", State.MISSING),
-        ("unplug", State.MISSING),
-        ("delayed", State.MISSING),
-        ("slow", State.FAULTY),
-        ("garbage", State.GARBLED),
-        ("address_conflict", State.CONFLICT),
-        ("stuck", State.WELL),
-        ("wrong", State.WELL),
-    ],
-)
-def test_every_fault_has_its_state_and_its_way_back(verb: str, state: State) -> None:
-    suffered = before(Srf235Chip("pencil", room(0.6), Random(1))).suffer(verb)
-    assert suffered.state is state
-    assert suffered.recovery_ns < 2_500 * MS
-    if state is not State.WELL:
-        assert suffered.outcomes[Outcome.ECHO] == 0
-
-
 def test_a_bad_contact_is_told_in_its_bad_spells_and_gives_no_false_echo() -> None:
     suffered = before(Srf235Chip("pencil", room(0.6), Random(1))).suffer("intermittent")
     assert suffered.states[State.MISSING] > 0
