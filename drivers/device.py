@@ -34,6 +34,8 @@ class State(Enum):
     """It is there, but nothing new comes: its bus is held up."""
     FAULTY = "faulty"
     """It says that it can't measure, or says what can't be."""
+    STUCK = "stuck"
+    """It says the same again and again, while the robot moves on."""
     MISSING = "missing"
     """No acknowledge, no reply."""
     GARBLED = "garbled"
@@ -60,6 +62,7 @@ _LEVELS = {
     State.SILENT: Level.STALE,
     State.STALLED: Level.STALE,
     State.FAULTY: Level.WARN,
+    State.STUCK: Level.WARN,
 }
 
 

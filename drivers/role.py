@@ -35,21 +35,25 @@ class Slot:
     the period."""
     listens_every: int = 0
     """Every so many turns it only listens; 0: never."""
+    listens_first: int = 0
+    """The number of one of these turns, so that not all rangers listen at once."""
     seed: int = 0
-    """Of the chance."""
+    """Of the chance: slots of one period and one seed are late by the same in their turns of one number."""
 
     def next_turn(self, after_ns: int) -> Turn:
         """The first turn later than `after_ns`."""
         number = (after_ns - self.offset_ns) // self.period_ns
         while (start_ns := self._start_ns(number)) <= after_ns:
             number += 1
-        listens = self.listens_every > 0 and number % self.listens_every == self.seed % self.listens_every
+        listens = self.listens_every > 0 and (number - self.listens_first) % self.listens_every == 0
         return Turn(start_ns, listens)
 
+    def planned_ns(self, number: int) -> int:
+        """When the turn of that number begins, but for the chance."""
+        return self.offset_ns + number * self.period_ns + self.delays_ns[number % len(self.delays_ns)]
+
     def _start_ns(self, number: int) -> int:
-        delay_ns = self.delays_ns[number % len(self.delays_ns)]
-        jitter_ns = _chance(self.seed, number) % (self.jitter_ns + 1)
-        return self.offset_ns + number * self.period_ns + delay_ns + jitter_ns
+        return self.planned_ns(number) + _chance(self.seed, number) % (self.jitter_ns + 1)
 
 
 def _chance(seed: int, number: int) -> int:

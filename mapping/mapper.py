@@ -12,21 +12,14 @@ from dataclasses import dataclass
 from echogrid.drivers.readings import Outcome, RangeReading
 from echogrid.mapping.ledger import Ledger
 from echogrid.mapping.long_term_map import LongTermMap
+from echogrid.mapping.placed_ping import PlacedPing
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.pose_buffer import PoseBuffer, PoseMiss
 from echogrid.mapping.ranger import Ranger
+from echogrid.mapping.verification import Believer, Verifier
 
 REORDER_NS = 1_000_000_000
 """Readings may come this much out of order."""
-
-
-@dataclass(frozen=True, slots=True)
-class PlacedPing:
-    """A reading, and where its transducer was (map frame) when the sound met the obstacle."""
-
-    reading: RangeReading
-    ranger: Ranger
-    transducer: Pose
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,14 +33,21 @@ class Drop:
 class Mapper:
     """Places readings, brings them into the order of their stamps (then of sensor names), fuses them.
 
-    A reading waits until a pose later than its stamp is known and until no earlier reading may come.
+    A reading waits until a pose later than its stamp is known and until no earlier reading may come; then
+    the verifier takes it, which may let it wait for the next one of its sensor.
     """
 
     def __init__(
-        self, rangers: Iterable[Ranger], poses: PoseBuffer, map_: LongTermMap, most_waiting: int | None = 4096
+        self,
+        rangers: Iterable[Ranger],
+        poses: PoseBuffer,
+        map_: LongTermMap,
+        most_waiting: int | None = 4096,
+        verifier: Verifier | Believer | None = None,
     ) -> None:
         self.ledger = Ledger()
         self.map = map_
+        self._verifier = verifier or Believer()
         self._rangers = {ranger.name: ranger for ranger in rangers}
         self._poses = poses
         self._most_waiting = most_waiting
@@ -60,7 +60,7 @@ class Mapper:
     @property
     def waiting(self) -> int:
         """How many readings are neither fused nor dropped yet."""
-        return len(self._unplaced) + len(self._ordered)
+        return len(self._unplaced) + len(self._ordered) + self._verifier.waiting
 
     def add_pose(self, stamp_ns: int, pose: Pose) -> bool:
         """Take the robot's pose in the map frame; False unless it is later than the last."""
@@ -69,8 +69,8 @@ class Mapper:
     def add(self, reading: RangeReading) -> None:
         """Take a reading."""
         self.ledger.produce(reading.outcome)
-        if reading.sensor not in self._rangers:
-            self._drop(reading, "unknown sensor")
+        if reading.sensor not in self._rangers or reading.listened:
+            self._drop(reading, "listened" if reading.listened else "unknown sensor")
             return
         self._newest_ns = max(self._newest_ns, reading.stamp_ns)
         if reading.stamp_ns < self._newest_ns - REORDER_NS:
@@ -93,6 +93,8 @@ class Mapper:
         """Fuse all that can be placed; nothing more will come. What was dropped at last."""
         self._place()
         self._fuse_before(1 << 62)
+        for ping in self._verifier.finish():
+            self._drop(ping.reading, "unverified")
         while self._unplaced:
             self._drop(self._unplaced.popleft(), PoseMiss.BEFORE.value)
         return self._take_drops()
@@ -121,7 +123,11 @@ class Mapper:
 
     def _fuse_before(self, stamp_ns: int) -> None:
         while self._ordered and self._ordered[0][0] < stamp_ns:
-            self._fuse(heapq.heappop(self._ordered)[-1])
+            verdict = self._verifier.take(heapq.heappop(self._ordered)[-1])
+            for ping in verdict.refused:
+                self._drop(ping.reading, "unverified")
+            for ping in verdict.verified:
+                self._fuse(ping)
 
     def _fuse(self, ping: PlacedPing) -> None:
         reading = ping.reading

@@ -43,7 +43,7 @@ class ObstacleView:
     sectors: tuple[Sector, ...]
     """Counter-clockwise, the first one straight ahead."""
     stop: bool
-    """Something within the stop distance ahead, or ahead is unknown or stale."""
+    """Something within the stop distance ahead, by the grid or by an echo; or ahead is unknown or stale."""
 
     @property
     def nearest(self) -> Sector:

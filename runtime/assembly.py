@@ -7,10 +7,13 @@ from echogrid.mapping.bayes import BayesGrid
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.long_term_map import LongTermMap
+from echogrid.mapping.lookout import Lookout
 from echogrid.mapping.mapper import Mapper
 from echogrid.mapping.odometry import DifferentialDrive
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.pose_buffer import PoseBuffer
+from echogrid.mapping.stop_layer import StopLayer, StopZone
+from echogrid.mapping.verification import Believer, Verifier
 from echogrid.mapping.virtual_sensor import Sight, VirtualSensor
 from echogrid.runtime.config import Config
 from echogrid.runtime.errors import ConfigError, UsageError
@@ -51,8 +54,11 @@ def fusion(config: Config) -> Fusion:
         stop_distance=config.obstacle.stop_distance_m,
     )
     sensor = VirtualSensor(sight, config.local.resolution_m, cells)
+    zone = StopZone(sight.stop_distance, sight.ahead, sight.stale_ns)
+    stop = StopLayer((sensor.ranger() for sensor in config.sensor), zone)
+    lookout = Lookout(local, sensor, stop, verifier(config))
     poses = PoseBuffer(widest_gap_ns=pose_gap_ns(config))
-    return Fusion(mapper(config, geometry(config), poses), local, drive(config), sensor)
+    return Fusion(mapper(config, geometry(config), poses), drive(config), lookout)
 
 
 def mapper(config: Config, area: GridGeometry, poses: PoseBuffer, most_waiting: int | None = 4096) -> Mapper:
@@ -62,7 +68,13 @@ def mapper(config: Config, area: GridGeometry, poses: PoseBuffer, most_waiting: 
         config.map.tolerance_m,
         lambda grid: BayesGrid(grid, MAP_LIMIT, config.map.model, config.map.no_echo),
     )
-    return Mapper((sensor.ranger() for sensor in config.sensor), poses, long_term, most_waiting)
+    rangers = (sensor.ranger() for sensor in config.sensor)
+    return Mapper(rangers, poses, long_term, most_waiting, verifier(config))
+
+
+def verifier(config: Config) -> Verifier | Believer:
+    """What a reading must pass; each map has its own."""
+    return Verifier(config.firing.agreement_m) if config.firing.verifies else Believer()
 
 
 def geometry(config: Config) -> GridGeometry:

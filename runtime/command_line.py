@@ -7,10 +7,20 @@ from collections.abc import Sequence
 
 from echogrid import __version__
 from echogrid.drivers.errors import EchogridError
-from echogrid.runtime.commands import emulate, evaluate, fault, make_map, read, run, scan
+from echogrid.runtime.commands import (
+    emulate,
+    evaluate,
+    fault,
+    make_map,
+    read,
+    run,
+    scan,
+    schedule,
+    set_address,
+)
 from echogrid.runtime.errors import UsageError
 
-_COMMANDS = (run, make_map, scan, read, emulate, fault, evaluate)
+_COMMANDS = (run, make_map, schedule, scan, read, set_address, emulate, fault, evaluate)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

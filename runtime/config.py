@@ -8,6 +8,7 @@ from typing import Any, Literal
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sonar_model import Form, NoEcho
+from echogrid.mapping.verification import AGREEMENT
 
 
 def _require(holds: bool, message: str) -> None:
@@ -35,9 +36,9 @@ class BusConfig:
     """[[bus]]: a port, and what speaks on it."""
 
     name: str
-    kind: Literal["serial", "i2c", "can"]
+    kind: Literal["serial", "i2c", "can", "iio"]
     port: str
-    """A device path, or unix:PATH for I2C over a socket; relative to the folder of robot.toml."""
+    """A path, or unix:PATH for I2C or IIO over a socket; relative to the folder of robot.toml."""
     interface: str = "socketcan"
     """CAN: the python-can interface."""
     bit_rate: int | None = None
@@ -93,13 +94,50 @@ class WheelConfig:
 
 @dataclass(frozen=True, slots=True)
 class FiringConfig:
-    """[firing]: which rangers fire together, in turn, and how long each group has."""
+    """[firing]: which rangers fire when, and which of their readings are believed (docs/firing.md)."""
 
+    mode: Literal["groups", "eeruf", "together"] = "groups"
+    """Groups in turn; all in each cycle, with delays that change; or all at once."""
     groups: tuple[tuple[str, ...], ...] = ()
-    gap_ms: float = 70.0
+    """Those which fire at one time; by default they are put together by their mounting angles."""
+    separation_deg: float = 90.0
+    """The least angle between two of a group that is put together."""
+    gap_ms: float | None = None
+    """The time of each group; by default the least that sound and devices need."""
+    cycle_ms: float | None = None
+    """The time in which all fire once, unless they fire in groups."""
+    jitter_ms: float = 0.0
+    """Each cycle begins later by up to so much, by chance."""
+    listen_every: int = 0
+    """Every so many turns a ranger that can only listens; 0: never."""
+    general_call: bool = False
+    """One command fires all rangers on a bus that obey it."""
+    verify: bool | None = None
+    """Whether an echo must agree with the one before or after; by default not in groups."""
+    agreement_m: float = AGREEMENT
+    """How far apart they may be, besides the way that the robot went."""
 
     def __post_init__(self) -> None:
-        _require(1 <= self.gap_ms <= 10_000, "`gap_ms` must lie in 1...10000")
+        in_groups = self.mode == "groups"
+        _require(0 < self.separation_deg <= 360, "`separation_deg` must lie in 0...360")
+        _require(self.gap_ms is None or 1 <= self.gap_ms <= 10_000, "`gap_ms` must lie in 1...10000")
+        _require(self.gap_ms is None or in_groups, '`gap_ms` is for mode = "groups": give `cycle_ms`')
+        _require(self.cycle_ms is None or 1 <= self.cycle_ms <= 10_000, "`cycle_ms` must lie in 1...10000")
+        _require(
+            self.cycle_ms is None or not in_groups, '`cycle_ms` is not for mode = "groups": give `gap_ms`'
+        )
+        _require(not (self.groups and self.mode == "together"), '`groups` are not for mode = "together"')
+        _require(0 <= self.jitter_ms <= 100, "`jitter_ms` must lie in 0...100")
+        listens = self.listen_every == 0 or 2 <= self.listen_every <= 1000
+        _require(listens, "`listen_every` must be 0 or lie in 2...1000")
+        alike = not (self.general_call and self.mode == "eeruf")
+        _require(alike, '`general_call` is not for mode = "eeruf": all that obey it would fire at once')
+        _require(0 < self.agreement_m <= 10, "`agreement_m` must lie in 0...10")
+
+    @property
+    def verifies(self) -> bool:
+        """Whether readings are compared."""
+        return self.mode != "groups" if self.verify is None else self.verify
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,15 +7,17 @@ readings at the same ticks give the same bits.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from echogrid.drivers.readings import Outcome, RangeReading, Reading, WheelReading
+from echogrid.drivers.readings import RangeReading, Reading, WheelReading
 from echogrid.mapping.ledger import Ledger
-from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.long_term_map import MapImage
-from echogrid.mapping.mapper import Drop, Mapper, PlacedPing
+from echogrid.mapping.lookout import Lookout
+from echogrid.mapping.mapper import Drop, Mapper
 from echogrid.mapping.odometry import DifferentialDrive
 from echogrid.mapping.pose import Pose
-from echogrid.mapping.virtual_sensor import ObstacleView, VirtualSensor
+from echogrid.mapping.stuck import StuckWatch
+from echogrid.mapping.virtual_sensor import ObstacleView
 from echogrid.mapping.wheel_pair import WheelAngles, WheelPair
+from echogrid.runtime.listening import Listening
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +31,7 @@ class Snapshot:
     """m."""
     view: ObstacleView
     ranges: tuple[RangeReading, ...]
-    """Taken in by this tick, in order; without those which came too late for the map."""
+    """Taken in by this tick, in order; without those which came too late for the map, or only listened."""
     wheels: tuple[WheelAngles, ...]
     """Both wheels at common stamps, completed by this tick, in order."""
     drops: tuple[Drop, ...]
@@ -40,13 +42,12 @@ class Snapshot:
 class Fusion:
     """All state of the loop. One thread owns it."""
 
-    def __init__(
-        self, mapper: Mapper, local: LocalGrid, drive: DifferentialDrive, sensor: VirtualSensor
-    ) -> None:
+    def __init__(self, mapper: Mapper, drive: DifferentialDrive, lookout: Lookout) -> None:
+        self.listening = Listening()
+        self.stuck = StuckWatch()
         self._mapper = mapper
-        self._local = local
         self._drive = drive
-        self._sensor = sensor
+        self._lookout = lookout
         self._pair = WheelPair()
         self._moved_ns = -(1 << 62)
 
@@ -75,11 +76,14 @@ class Fusion:
         wheels = self._move(readings)
         ranges = tuple(reading for reading in readings if isinstance(reading, RangeReading))
         for reading in ranges:
+            self.listening.take(reading)
+            self.stuck.see(reading, self._drive.pose)
             self._mapper.add(reading)
         placed, drops = self._mapper.advance()
-        self._see(placed, now_ns)
-        view = self._sensor.view(self._local, self._drive.pose, now_ns)
-        late = {id(drop.reading) for drop in drops if drop.reason == "late"}
+        self._lookout.hear(ranges)
+        self._lookout.see(placed, self._drive.pose, now_ns)
+        view = self._lookout.view(self._drive.pose, now_ns)
+        late = {id(drop.reading) for drop in drops if drop.reason in ("late", "listened")}
         used = tuple(reading for reading in ranges if id(reading) not in late)
         return Snapshot(
             now_ns,
@@ -126,19 +130,3 @@ class Fusion:
             return self._pair.right(reading)
         self._pair.left(reading)
         return []
-
-    def _see(self, placed: Sequence[PlacedPing], now_ns: int) -> None:
-        """Fuse the newly placed pings into the local grid around the robot."""
-        self._local.centre(self._drive.pose)
-        self._local.fade(now_ns)
-        for ping in placed:
-            if ping.reading.outcome is not Outcome.INVALID:
-                distance = near_or_echo(ping)
-                self._local.fuse(ping.transducer, ping.ranger, distance, ping.reading.stamp_ns)
-
-
-def near_or_echo(ping: PlacedPing) -> float | None:
-    """The echo's distance (m); for avoidance, "too close" is an obstacle at the blanking distance."""
-    if ping.reading.outcome is Outcome.TOO_CLOSE:
-        return ping.ranger.nearest
-    return ping.reading.distance if ping.reading.outcome is Outcome.ECHO else None

@@ -1,20 +1,26 @@
 """The devices of each bus, as configured: resolved, checked against each other, put together."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import radians
 from typing import Any
 
 from echogrid.drivers import registry
+from echogrid.drivers.commanded import CommandedRanger
 from echogrid.drivers.device import BusLine, Device
 from echogrid.drivers.errors import UnknownDriverError
 from echogrid.drivers.registry import Driver
-from echogrid.drivers.role import RangerRole, WheelRole
+from echogrid.drivers.role import Call, RangerRole, WheelRole
 from echogrid.drivers.sound import speed_of_sound
 from echogrid.runtime.config import Config, SensorConfig, WheelConfig
 from echogrid.runtime.errors import ConfigError
-from echogrid.runtime.firing import firing_slots
+from echogrid.runtime.firing import Plan, firing_plan
+from echogrid.runtime.firing_times import Pinger
 from echogrid.runtime.toml_lines import Place
 from echogrid.runtime.toml_values import Problem, structured
+
+I2C_BIT_RATE = 100_000
+"""The slowest that is usual."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +31,7 @@ class _Part:
     name: str
     bus: str
     driver: Driver
+    role: RangerRole | WheelRole
     settings: Any
     device: Device[Any, Any]
 
@@ -38,7 +45,7 @@ class _Part:
 def lines(config: Config) -> list[BusLine[Any, Any]]:
     """The devices of each bus. Raises ConfigError with every driver or setting that is wrong."""
     problems: list[Problem] = []
-    parts = list(_parts(config, problems))
+    parts = _parts(config, problems)
     problems += _doubles(parts)
     problems += _mixtures(parts)
     if {wheel.name for wheel in config.wheel} != {"left", "right"}:
@@ -52,22 +59,78 @@ def lines(config: Config) -> list[BusLine[Any, Any]]:
 def line_of(config: Config) -> BusLine[Any, Any]:
     """The line of the only device that is configured. Raises ConfigError if it is wrong."""
     problems: list[Problem] = []
-    parts = list(_parts(config, problems))
+    parts = _parts(config, problems)
     if problems:
         raise ConfigError(problems)
     return parts[0].driver.line(parts[0].bus, [parts[0].device])
 
 
-def _parts(config: Config, problems: list[Problem]) -> Iterator[_Part]:
-    """Every entry that is right by itself; what is wrong with the others goes to `problems`."""
-    slots = firing_slots(config)
+def plan_of(config: Config) -> Plan:
+    """Who fires when. Raises ConfigError with every driver or setting that is wrong."""
+    problems: list[Problem] = []
+    parts = list(_idle_parts(config, problems))
+    if problems:
+        raise ConfigError(problems)
+    return _plan(config, parts)
+
+
+def _parts(config: Config, problems: list[Problem]) -> list[_Part]:
+    """Every entry that is right by itself; what is wrong with the others goes to `problems`.
+
+    If nothing is, the rangers know their turns: when they have those depends on all of them.
+    """
+    parts = list(_idle_parts(config, problems))
+    if problems:
+        return parts
+    try:
+        plan = _plan(config, parts)
+    except ConfigError as error:
+        problems += error.found
+        return parts
+    return [_with_turns(part, plan) for part in parts]
+
+
+def _idle_parts(config: Config, problems: list[Problem]) -> Iterator[_Part]:
+    """The same before anybody knows when to fire."""
     speed = speed_of_sound(config.robot.air_temperature_c)
     for index, sensor in enumerate(config.sensor):
-        role = RangerRole(sensor.name, sensor.min_m, sensor.max_m, slots.get(sensor.name), speed)
+        role = RangerRole(sensor.name, sensor.min_m, sensor.max_m, None, speed)
         yield from _part(config, sensor, role, ("sensor", index), problems)
     for index, wheel in enumerate(config.wheel):
         wheel_role = WheelRole(wheel.name, wheel.gear, wheel.fastest_rad_s)
         yield from _part(config, wheel, wheel_role, ("wheel", index), problems)
+
+
+def _plan(config: Config, parts: list[_Part]) -> Plan:
+    return firing_plan(config, [pinger for part in parts for pinger in _pingers(config, part)])
+
+
+def _pingers(config: Config, part: _Part) -> Iterator[Pinger]:
+    """What a firing plan must know of a part, if that fires when it is told to."""
+    device = part.device
+    if isinstance(device, CommandedRanger):
+        sensor = next(sensor for sensor in config.sensor if sensor.name == part.name)
+        bus = next(bus for bus in config.bus if bus.name == part.bus)
+        told = bus.bit_rate or device.port_options.get("baud")
+        bit_rate = told if isinstance(told, int) else I2C_BIT_RATE
+        yield Pinger(
+            part.name,
+            radians(sensor.yaw_deg),
+            sensor.max_m,
+            part.bus,
+            device.pace(bit_rate),
+            device.can_listen,
+            device.obeys_general_call,
+        )
+
+
+def _with_turns(part: _Part, plan: Plan) -> _Part:
+    """The part with a device that knows when to fire."""
+    if not isinstance(part.role, RangerRole):
+        return part
+    call = plan.calls.get(part.name, Call.ITSELF)
+    role = replace(part.role, slot=plan.slots.get(part.name), call=call)
+    return replace(part, role=role, device=part.driver(role, part.settings))
 
 
 def _part(
@@ -94,7 +157,7 @@ def _part(
     if wrong:
         return
     try:
-        yield _Part(place, entry.name, entry.bus, driver, settings, driver(role, settings))
+        yield _Part(place, entry.name, entry.bus, driver, role, settings, driver(role, settings))
     except ValueError as error:
         problems.append((place, str(error)))
 
@@ -115,6 +178,8 @@ def _mixtures(parts: list[_Part]) -> Iterator[Problem]:
     firsts: dict[str, _Part] = {}
     for part in parts:
         first = firsts.setdefault(part.bus, part)
+        if part.driver.bus != first.driver.bus:
+            continue  # One of them is on a bus of another kind, and that is told already.
         if part.driver.line is not first.driver.line:
             yield (*part.place, "bus"), f"{part.name} and {first.name} can't share bus {part.bus!r}"
         elif part.device.port_options != first.device.port_options:

@@ -100,6 +100,8 @@ def _without_bus(kind: str, named: list[str | None], config: Config) -> Iterator
 def _misfires(config: Config) -> Iterator[Problem]:
     sensors = {sensor.name for sensor in config.sensor}
     fired = [name for group in config.firing.groups for name in group]
+    if not all(config.firing.groups):
+        yield ("firing", "groups"), "a group without rangers: take it out"
     for name in sorted(set(fired)):
         if name not in sensors:
             yield ("firing", "groups"), f"there is no [[sensor]] named {name!r}{hint(name, sensors)}"

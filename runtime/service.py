@@ -2,10 +2,11 @@
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 from echogrid.drivers.clock import Clock
+from echogrid.drivers.device import Health, State
 from echogrid.drivers.readings import RangeReading, Reading
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.wheel_pair import WheelAngles
@@ -54,7 +55,7 @@ class Run:
             snapshot = self._tick(now_ns, readings)
             meter.count(len(readings))
             if meter.due(now_ns):
-                show(meter.look(snapshot, self.loop, self.acquisition.report(now_ns)))
+                show(meter.look(snapshot, self.loop, self.devices(now_ns)))
             if self.stopping:
                 break
         self.acquisition.stop()
@@ -78,11 +79,17 @@ class Run:
             if not self.path or stamp_ns - self.path[-1][0] >= _PATH_NS:
                 self.path.append((stamp_ns, snapshot.pose))
 
+    def devices(self, now_ns: int) -> list[DeviceReport]:
+        """How every device is: what it says itself, and what the robot's motion says of it."""
+        stuck = self.fusion.stuck.stuck()
+        return [_watched(each, stuck.get(each.device)) for each in self.acquisition.report(now_ns)]
+
     def report(self, devices: Sequence[DeviceReport]) -> dict[str, Any]:
         """What report.json holds."""
         return {
             **account(self.fusion.ledger, self.fusion.waiting),
             "readings_by_device": dict(sorted(self.readings.items())),
+            "crosstalk": self.fusion.listening.report(),
             "wheel_readings_unpaired": self.fusion.unpaired,
             "wheel_restarts": self.fusion.restarts,
             "travelled_m": round(self.travelled, 3),
@@ -96,3 +103,11 @@ class Run:
                 for each in devices
             },
         }
+
+
+def _watched(report: DeviceReport, stuck_at: float | None) -> DeviceReport:
+    """The report of a device which says that it is well, but always says the same."""
+    if stuck_at is None or report.health.state is not State.WELL:
+        return report
+    message = f"always {stuck_at:.3f} m, though the robot moves: is something before it, is it out of order?"
+    return replace(report, health=Health(State.STUCK, message, report.health.counts))

@@ -1,6 +1,7 @@
-"""echogrid evaluate: how good the maps are, on the emulated office and on a real recording."""
+"""echogrid evaluate: how good maps and firing are, in the emulated office and on a real recording."""
 
 import argparse
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,9 @@ if TYPE_CHECKING:
 
 def add(commands: "Commands") -> None:
     """Say what it takes."""
-    parser = commands.add_parser("evaluate", help="measure the maps' quality", description=__doc__)
+    parser = commands.add_parser(
+        "evaluate", help="measure the quality of maps and firing", description=__doc__
+    )
     parser.add_argument(
         "--metres", type=length, default=60.0, help="how far to drive through the office (default: 60)"
     )
@@ -23,8 +26,9 @@ def add(commands: "Commands") -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the tables; the exit code."""
-    from echogrid.runtime import evaluation
+    from echogrid.runtime import crosstalk_check, evaluation
 
-    for line in evaluation.tables(arguments.seed, arguments.metres, arguments.robond):
+    maps = evaluation.tables(arguments.seed, arguments.metres, arguments.robond)
+    for line in chain(maps, [""], crosstalk_check.table(arguments.seed, arguments.metres)):
         print(line, flush=True)
     return 0

@@ -59,7 +59,7 @@ def execute(arguments: argparse.Namespace) -> int:
         run.sinks = (log,) if log else ()
         _stop_on_signals(run)
         _go(run, arguments.duration or (_SIMULATED_S if arguments.simulate else None), console)
-        devices = run.acquisition.report(run.clock.now_ns())
+        devices = run.devices(run.clock.now_ns())
     _account(run, devices, console)
     silent = _silent(run, devices, console)
     written = _write(run, devices, arguments.out, console)

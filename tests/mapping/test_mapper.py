@@ -1,5 +1,5 @@
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import nan
 from random import Random
 
@@ -16,6 +16,7 @@ from echogrid.mapping.pose import Pose
 from echogrid.mapping.pose_buffer import PoseBuffer
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sonar_model import Form, NoEcho
+from echogrid.mapping.verification import Verifier
 
 MS = 1_000_000
 SECOND = 1000 * MS
@@ -32,10 +33,15 @@ GAPS_MS = (20, 50, 200, 600)
 class Bench:
     """A mapper, whose every operation leaves the books in balance."""
 
-    def __init__(self, no_echo: NoEcho = NoEcho.WEAK, most_waiting: int | None = 4096) -> None:
+    def __init__(
+        self,
+        no_echo: NoEcho = NoEcho.WEAK,
+        most_waiting: int | None = 4096,
+        verifier: Verifier | None = None,
+    ) -> None:
         self.grid = BayesGrid(GEOMETRY, 2.0, Form.CONSISTENT, no_echo)
         map_ = LongTermMap(GEOMETRY, 0.1, lambda _: self.grid)
-        self.mapper = Mapper(RANGERS, PoseBuffer(), map_, most_waiting)
+        self.mapper = Mapper(RANGERS, PoseBuffer(), map_, most_waiting, verifier)
         self.reasons: Counter[str] = Counter()
         self.placed = 0
 
@@ -103,10 +109,12 @@ def arrival(log: Log, random: Random) -> list[RangeReading | tuple[int, Pose]]:
 
 
 @settings(deadline=None)
-@given(st.randoms(use_true_random=False), st.floats(0.0, 1.0))
-def test_the_map_and_the_books_depend_on_readings_and_poses_alone(random: Random, advancing: float) -> None:
+@given(st.randoms(use_true_random=False), st.floats(0.0, 1.0), st.booleans())
+def test_the_map_and_the_books_depend_on_readings_and_poses_alone(
+    random: Random, advancing: float, verified: bool
+) -> None:
     log = drive(random)
-    whole, cut = Bench(), Bench()
+    whole, cut = (Bench(verifier=Verifier(0.5) if verified else None) for _ in range(2))
     for stamp_ns, pose in log.poses:
         whole.pose(stamp_ns, pose)
     whole.add(*log.readings)
@@ -244,3 +252,31 @@ def test_a_refused_reading_is_in_the_books_and_nowhere_else() -> None:
     bench.finish()
     assert bench.reasons == {"queue full": 1}
     assert bench.mapper.ledger.fused == 1
+
+
+def test_what_no_other_reading_agrees_with_is_dropped_as_unverified() -> None:
+    bench = Bench(verifier=Verifier())
+    bench.pose(0)
+    bench.pose(500 * MS)
+    bench.add(*(reading(n * 100 * MS, distance=r) for n, r in enumerate((1.0, 1.05, 2.0, 1.0))))
+    bench.finish()
+    assert bench.mapper.ledger.fused == 2
+    assert bench.reasons == {"unverified": 2}
+
+
+def test_a_reading_that_waits_for_the_next_of_its_sensor_is_waiting_in_the_books() -> None:
+    bench = Bench(verifier=Verifier())
+    for stamp in range(0, 4000, 100):
+        bench.pose(stamp * MS)
+    bench.add(reading(0), reading(3 * SECOND, "left", Outcome.NO_ECHO))
+    bench.advance()
+    assert (bench.mapper.ledger.fused, bench.mapper.waiting) == (0, 2)
+
+
+def test_a_turn_that_only_listened_is_counted_and_not_placed() -> None:
+    bench = Bench()
+    bench.pose(0)
+    bench.pose(100 * MS)
+    bench.add(replace(reading(50 * MS), listened=True))
+    bench.advance()
+    assert (bench.placed, bench.reasons) == (0, {"listened": 1})

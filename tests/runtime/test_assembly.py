@@ -2,13 +2,10 @@ from dataclasses import replace
 
 import pytest
 
-from echogrid.drivers.role import Slot
-from echogrid.runtime import assembly, firing, lines, robot_file
-from echogrid.runtime.config import Config, FiringConfig
+from echogrid.runtime import assembly, lines, robot_file
+from echogrid.runtime.config import Config
 from echogrid.runtime.emulated import DEFAULT_ROBOT
 from echogrid.runtime.errors import ConfigError, UsageError
-
-MS = 1_000_000
 
 
 @pytest.fixture(scope="module")
@@ -21,19 +18,6 @@ def test_every_device_hangs_on_its_bus_in_the_order_of_the_file(config: Config) 
     assert on_buses["ring_bus"] == [f"ring_{angle}" for angle in range(0, 360, 45)]
     assert on_buses["wheel_bus"] == ["left", "right"]
     assert on_buses["rear_left_line"] == ["rear_left"]
-
-
-def test_opposite_rangers_of_a_group_fire_together_and_groups_take_turns(config: Config) -> None:
-    slots = firing.firing_slots(config)
-    assert slots["ring_0"] == slots["ring_180"] == Slot(280 * MS, 0)
-    assert slots["ring_45"] == slots["ring_225"] == Slot(280 * MS, 140 * MS)
-    assert "front_left" not in slots
-
-
-def test_without_groups_they_fire_one_by_one(config: Config) -> None:
-    slots = firing.firing_slots(replace(config, firing=FiringConfig(gap_ms=60.0)))
-    assert [slot.offset_ns for slot in slots.values()] == [turn * 60 * MS for turn in range(12)]
-    assert {slot.period_ns for slot in slots.values()} == {720 * MS}
 
 
 def test_a_sensor_without_a_driver_can_be_mapped_but_not_run(config: Config) -> None:

@@ -1,10 +1,11 @@
 from dataclasses import fields, is_dataclass
 from math import inf, pi
+from typing import Literal
 
 import pytest
 
 from echogrid.runtime import config
-from echogrid.runtime.config import Config, SensorConfig
+from echogrid.runtime.config import Config, FiringConfig, SensorConfig
 
 SENSOR = SensorConfig("front", 0.1, 0.2, 90.0, 15.0, 0.04, 4.0)
 
@@ -27,6 +28,15 @@ def test_the_defaults_work() -> None:
         ("RobotConfig", {"track_m": inf}),
         ("RobotConfig", {"air_temperature_c": 300.0}),
         ("FiringConfig", {"gap_ms": 0.0}),
+        ("FiringConfig", {"gap_ms": 50.0, "mode": "eeruf"}),
+        ("FiringConfig", {"cycle_ms": 50.0}),
+        ("FiringConfig", {"cycle_ms": 0.0, "mode": "eeruf"}),
+        ("FiringConfig", {"separation_deg": 0.0}),
+        ("FiringConfig", {"groups": (("a",),), "mode": "together"}),
+        ("FiringConfig", {"jitter_ms": 101.0}),
+        ("FiringConfig", {"listen_every": 1}),
+        ("FiringConfig", {"general_call": True, "mode": "eeruf"}),
+        ("FiringConfig", {"agreement_m": 0.0}),
         ("LoopConfig", {"rate_hz": 0.0}),
         ("LoopConfig", {"rate_hz": 1001.0}),
         ("MapConfig", {"resolution_m": 0.0}),
@@ -42,7 +52,7 @@ def test_the_defaults_work() -> None:
         ("ObstacleConfig", {"stale_s": 0.0}),
     ],
 )
-def test_an_impossible_value_is_refused_by_its_key(kind: str, changes: dict[str, float]) -> None:
+def test_an_impossible_value_is_refused_by_its_key(kind: str, changes: dict[str, object]) -> None:
     with pytest.raises(ValueError, match=f"`{list(changes)[-1]}`|`{next(iter(changes))}`"):
         getattr(config, kind)(**changes)
 
@@ -68,6 +78,14 @@ def test_an_impossible_sensor_is_refused_by_its_key(changes: dict[str, object]) 
 def test_an_impossible_gear_is_refused(gear: float) -> None:
     with pytest.raises(ValueError, match="`gear`"):
         config.WheelConfig("left", "d", "b", gear)
+
+
+@pytest.mark.parametrize(("mode", "compares"), [("groups", False), ("eeruf", True), ("together", True)])
+def test_readings_are_compared_unless_groups_fire_in_turn_or_as_is_said(
+    mode: Literal["groups", "eeruf", "together"], compares: bool
+) -> None:
+    assert FiringConfig(mode=mode).verifies is compares
+    assert FiringConfig(mode=mode, verify=not compares).verifies is not compares
 
 
 def test_every_table_is_frozen() -> None:

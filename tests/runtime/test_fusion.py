@@ -1,6 +1,6 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from math import hypot
+from math import hypot, inf
 
 import numpy as np
 import pytest
@@ -10,7 +10,14 @@ from hypothesis import strategies as st
 from echogrid.drivers.readings import Outcome, RangeReading, Reading, WheelReading
 from echogrid.mapping.long_term_map import MapImage
 from echogrid.runtime import assembly, offline
-from echogrid.runtime.config import Config, LocalConfig, MapConfig, RobotConfig, SensorConfig
+from echogrid.runtime.config import (
+    Config,
+    FiringConfig,
+    LocalConfig,
+    MapConfig,
+    RobotConfig,
+    SensorConfig,
+)
 from echogrid.runtime.fusion import Fusion, Snapshot
 from echogrid.runtime.recording import Recording
 
@@ -25,6 +32,8 @@ CONFIG = Config(
     map=MapConfig(width_m=6.0, height_m=6.0),
     local=LocalConfig(resolution_m=0.1, size_m=4.0),
 )
+VERIFIED = replace(CONFIG, firing=FiringConfig(verify=True))
+CONFIGS = st.sampled_from([CONFIG, VERIFIED])
 STAMPS = st.integers(0, 400).map(lambda step: SECOND + step * 10 * MS)
 RANGES = st.builds(
     told, STAMPS, st.sampled_from([Outcome.NO_ECHO, Outcome.TOO_CLOSE, Outcome.INVALID]), st.just("left")
@@ -35,8 +44,8 @@ WHEELS = st.builds(
 TICKS = st.lists(st.lists(RANGES | WHEELS, max_size=12), max_size=8)
 
 
-def fusion() -> Fusion:
-    return assembly.fusion(CONFIG)
+def fusion(config: Config = CONFIG) -> Fusion:
+    return assembly.fusion(config)
 
 
 def drive(seconds: float = 4.0) -> list[Reading]:
@@ -76,9 +85,9 @@ def test_the_same_readings_at_the_same_ticks_give_the_same_bits(portions: list[l
     assert bits(one.map_image()) == bits(twin.map_image())
 
 
-@given(TICKS)
-def test_the_books_balance_at_every_tick(portions: list[list[Reading]]) -> None:
-    state = fusion()
+@given(TICKS, CONFIGS)
+def test_the_books_balance_at_every_tick(portions: list[list[Reading]], config: Config) -> None:
+    state = fusion(config)
     made = 0
     for number, portion in enumerate(portions):
         state.tick(SECOND + number * 20 * MS, portion)
@@ -90,21 +99,24 @@ def test_the_books_balance_at_every_tick(portions: list[list[Reading]]) -> None:
     assert state.ledger.balances(0)
 
 
-@given(TICKS)
-def test_the_log_of_its_ticks_gives_the_same_map_offline(portions: list[list[Reading]]) -> None:
+@given(TICKS, CONFIGS)
+def test_the_log_of_its_ticks_gives_the_same_map_offline(
+    portions: list[list[Reading]], config: Config
+) -> None:
     ordered = iter(in_wheel_order([*drive(), *(reading for portion in portions for reading in portion)]))
-    state = fusion()
+    state = fusion(config)
     ticks = [state.tick(SECOND, [next(ordered) for _ in range(len(drive()))])]
     ticks += [state.tick(2 * SECOND, [next(ordered) for _ in portion]) for portion in portions]
     state.finish()
-    odometry = assembly.drive(CONFIG)
+    odometry = assembly.drive(config)
     poses = [(w.stamp_ns, odometry.update(w.left, w.right)) for tick in ticks for w in tick.wheels]
-    log = Recording(CONFIG, poses, [("log:1", reading) for tick in ticks for reading in tick.ranges])
+    log = Recording(config, poses, [("log:1", reading) for tick in ticks for reading in tick.ranges])
     stamps = [stamp_ns for stamp_ns, _ in poses]
     assert stamps == sorted(set(stamps))
     made = offline.build(log)
     assert bits(made.image) == bits(state.map_image())
     assert made.ledger.balances(0)
+    assert made.ledger.dropped["unverified"] == state.ledger.dropped["unverified"]
 
 
 def test_into_which_ticks_readings_fall_does_not_change_the_map() -> None:
@@ -190,3 +202,45 @@ def test_the_snapshot_s_arrays_are_its_own() -> None:
     state.tick(3 * SECOND, [*drive(2.0)[-100:], echo(2 * SECOND + 500 * MS, 0.4)])
     state.finish()
     np.testing.assert_array_equal(before.occupancy, kept)
+
+
+def test_unverified_readings_reach_neither_grid_but_the_stop_layer() -> None:
+    believing, comparing = fusion(), fusion(VERIFIED)
+    (lone,) = ticked(comparing, [[*drive(1.0), echo(SECOND + 900 * MS, 0.3)]])
+    (believed,) = ticked(believing, [[*drive(1.0), echo(SECOND + 900 * MS, 0.3)]])
+    assert lone.view.stop
+    assert believed.view.sectors[0].nearest < 0.6
+    assert lone.view.sectors[0].nearest == inf
+    comparing.finish()
+    assert comparing.map_image().unknown.all()
+    assert comparing.ledger.dropped == {"unverified": 1}
+
+
+def free_ahead() -> list[Reading]:
+    """Ten pings of each sensor that hear something from afar."""
+    stamps = [SECOND + k * 50 * MS for k in range(10)]
+    return [echo(stamp_ns, 1.9, name) for stamp_ns in stamps for name in ("front", "left")]
+
+
+def test_one_near_echo_stops_the_robot_where_the_grid_sees_none() -> None:
+    wide = replace(CONFIG, sensor=tuple(replace(each, half_angle_deg=60.0) for each in CONFIG.sensor))
+    config = replace(wide, firing=FiringConfig(verify=True))
+    (free,) = ticked(fusion(config), [[*drive(1.0), *free_ahead()]])
+    (near,) = ticked(fusion(config), [[*drive(1.0), *free_ahead(), echo(SECOND + 600 * MS, 0.3)]])
+    assert near.view.sectors == free.view.sectors
+    assert (free.view.stop, near.view.stop) == (False, True)
+
+
+def test_turns_that_only_listened_are_counted_and_go_nowhere_else() -> None:
+    state = fusion()
+    outcomes = [Outcome.TOO_CLOSE, Outcome.ECHO, Outcome.NO_ECHO, Outcome.NO_ECHO, Outcome.INVALID]
+    listened = [
+        RangeReading(SECOND + k * 100 * MS, 0, "front", outcome, 0.2, listened=True)
+        for k, outcome in enumerate(outcomes)
+    ]
+    (snapshot,) = ticked(state, [[*drive(1.0), *listened]])
+    (unseeing,) = ticked(fusion(), [drive(1.0)])
+    assert snapshot.ranges == ()
+    assert snapshot.view == unseeing.view
+    assert state.ledger.dropped == {"listened": 5}
+    assert state.listening.report() == {"front": {"listened": 4, "heard_foreign": 2}}

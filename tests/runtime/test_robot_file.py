@@ -63,7 +63,7 @@ def test_all_mistakes_are_told_at_once_each_with_its_line(path: Path) -> None:
         f":{line(text, 'track_m')}: robot.track_m: expected a number, not True",
         f":{line(text, '[loop]')}: loop: `rate_hz` must lie in 1...1000",
         f":{line(text, 'gap_mss')}: firing: unknown key `gap_mss` (did you mean `gap_ms`?)",
-        f":{line(text, 'cam')}: bus[1].kind: expected one of serial, i2c, can, not 'cam' "
+        f":{line(text, 'cam')}: bus[1].kind: expected one of serial, i2c, can, iio, not 'cam' "
         "(did you mean `can`?)",
     ]
 
@@ -87,6 +87,7 @@ def test_all_mistakes_are_told_at_once_each_with_its_line(path: Path) -> None:
         ),
         ('"ring_45", "ring_225"', '"ring_46", "ring_225"', "firing.groups: there is no [[sensor]] named"),
         ('"ring_45", "ring_225"', '"ring_0", "ring_45"', "firing.groups: 'ring_0' stands in two groups"),
+        ('["ring_45", "ring_225"]', "[]", "firing.groups: a group without rangers: take it out"),
         ('name = "right"', 'name = "middle"', "wheel[1].name: expected one of left, right, not 'middle'"),
         ('name = "right"', 'name = "left"', "wheel[1]: `name` is taken"),
         ("height_m = 40.0\n", "", "map: `width_m` and `height_m` go together"),
