@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 ARGS ?=
 CODE := src/echogrid/*/ src tests hil_tests examples
 
-.PHONY: run test check fuzz hil evaluate figures lock clean
+.PHONY: run test check fuzz bench faults hil evaluate figures lock clean
 
 run: $(VENV)/run-ready
 	$(BIN)/echogrid run $(ARGS)
@@ -21,6 +21,14 @@ check: $(VENV)/test-ready
 # Noise for the drivers of serial devices: 10 MB each, or as ARGS says (--bytes, --seed, names of drivers).
 fuzz: $(VENV)/test-ready
 	$(BIN)/python -m tests.fuzz $(ARGS)
+
+# What things cost, beside what they may be compared with.
+bench: $(VENV)/test-ready
+	$(BIN)/python -m tests.bench
+
+# How every fault of every ranger shows: the table in docs/devices/README.md is its output.
+faults: $(VENV)/test-ready
+	$(BIN)/python -m tests.runtime
 
 # The same robot on a real kernel, in a guest: see docs/bench.md. What it needs it installs.
 hil: $(VENV)/test-ready

@@ -87,7 +87,7 @@ class Trial:
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
+class FaultCourse:
     """What a fault did."""
 
     states: Counter[State]
@@ -103,7 +103,7 @@ class Course:
         return self.states.most_common(1)[0][0]
 
 
-def course_of(subject: Subject, verb: str, distance: float, tolerance: float) -> Course:
+def course_of(subject: Subject, verb: str, distance: float, tolerance: float) -> FaultCourse:
     """What a fault of a ranger before a wall (m) does; a right reading is one within the tolerance (m)."""
     trial = Trial(subject, distance)
     trial.run(_BEFORE_S)
@@ -115,7 +115,7 @@ def course_of(subject: Subject, verb: str, distance: float, tolerance: float) ->
     while trial.clock.now_ns() < until_ns:
         outcomes.update(reading.outcome for reading in trial.run(_LOOK_NS / SECOND_NS))
         states[trial.state] += 1
-    return Course(states, outcomes, _recovery_s(trial, distance, tolerance))
+    return FaultCourse(states, outcomes, _recovery_s(trial, distance, tolerance))
 
 
 def _recovery_s(trial: Trial, distance: float, tolerance: float) -> float:

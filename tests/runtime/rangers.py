@@ -11,6 +11,11 @@ WELL, FAULTY, SILENT, STALLED = State.WELL, State.FAULTY, State.SILENT, State.ST
 MISSING, GARBLED, CONFLICT, LOST = State.MISSING, State.GARBLED, State.CONFLICT, State.PORT_LOST
 OTHER = State.WRONG_DEVICE
 
+VERBS = (
+    *("off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent", "unplug"),
+    *("nack_storm", "address_conflict"),
+)
+
 Seen = Mapping[str, State | None]
 """Fault -> the state that it mostly shows as; None: it comes and goes."""
 
@@ -27,6 +32,7 @@ COMMON: Seen = {
 ON_I2C: Seen = {**COMMON, "nack_storm": None, "address_conflict": CONFLICT}
 UNASKED: Seen = {**COMMON, "off": SILENT, "unplug": LOST, "slow": WELL, "delayed": WELL}
 """They send on and on: that it is late, or seldom, nothing shows."""
+ON_LINE: Seen = {**COMMON, "unplug": LOST, "address_conflict": GARBLED}
 ON_MODBUS: Seen = {**COMMON, "unplug": LOST, "slow": WELL, "nack_storm": FAULTY}
 
 
@@ -73,6 +79,12 @@ RANGERS: dict[str, Ranger] = {
         (0.45, 0.8, 1.2, 2.4),
         thermometer=True,
     ),
+    "srf02-serial": Ranger(Subject("srf02-serial"), 0.0003, ON_LINE),
+    "srf01": Ranger(Subject("srf01"), 0.0051, ON_LINE),
+    "urm37": Ranger(
+        Subject("urm37"), 0.0051, {**COMMON, "unplug": LOST, "slow": WELL, "delayed": WELL}, thermometer=True
+    ),
+    "urm07": Ranger(Subject("urm07"), 0.0051, {**ON_LINE, "slow": None}, thermometer=True),
     # Of a pulse on a pin nothing can be told but its length.
     "iio": Ranger(Subject("iio"), 0.001, {**COMMON, "garbage": WELL, "slow": WELL}),
     "urm12": Ranger(Subject("urm12"), 0.0051, ON_MODBUS, (0.8, 1.2, 2.4, 3.6), thermometer=True),

@@ -9,7 +9,7 @@ from echogrid.emulation import models
 from echogrid.emulation.errors import UnknownVerbError
 from echogrid.runtime.device_trial import Trial, course_of
 
-from .rangers import RANGERS, Ranger
+from .rangers import RANGERS, VERBS, Ranger
 
 COLD = 331.3
 """m/s at 0 degC, where the driver is told 20 degC."""
@@ -64,10 +64,6 @@ def test_in_air_colder_than_told_only_those_with_a_thermometer_are_right(ranger:
         assert reading.distance == pytest.approx(expected, abs=1.1 * ranger.resolution)
 
 
-VERBS = (
-    *("off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent", "unplug"),
-    *("nack_storm", "address_conflict"),
-)
 FOLLOWS_S = 3.0
 """Every ranger is back so soon after every fault."""
 BY_TURNS = {State.WELL, State.MISSING, State.STALLED, State.FAULTY, State.SILENT, State.GARBLED}
