@@ -60,7 +60,8 @@ class SerialTransfer:
     echoed: bool = False
     """One wire for both directions: the host hears what it sends."""
     framed: bool = True
-    """The reply shows by itself that it is whole; if not, a pause behind it does."""
+    """The reply shows by itself that it is whole, and whose; if not, a pause behind it does, and where another
+    one's reply may still come it is asked for once more."""
     quiet_ns: int = 0
     """So long the line is left in silence between the transfer before and this one."""
 
@@ -103,8 +104,6 @@ class SerialResult(Result[SerialTransfer]):
 
     sent_ns: int = 0
     """When the request had passed."""
-    doubtful: bool = False
-    """It bears no frame, and a reply to something else was still to come: it may be that one."""
 
 
 NACK_ERRNOS = frozenset({5, 6, 110, 121})

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from echogrid.drivers import devantech, i2cxl, urm_i2c, urm_modbus
+from echogrid.drivers import devantech, i2cxl, srf01, srf02_serial, urm07, urm_i2c, urm_modbus
 from echogrid.drivers.bus import I2cMessage, I2cTransfer, Result, SerialTransfer
 from echogrid.drivers.course import Course
 
@@ -53,6 +53,9 @@ def _urm_modbus(old: int, new: int) -> list[SerialTransfer]:
 READDRESSED: Mapping[str, Readdressing] = {
     **dict.fromkeys(("srf02", "srf08", "srf10", "srf235"), Readdressing(_devantech)),
     "i2cxl": Readdressing(_i2cxl),
+    "srf02-serial": Readdressing(srf02_serial.address_change),
+    "srf01": Readdressing(srf01.address_change),
+    "urm07": Readdressing(urm07.address_change),
     **dict.fromkeys(("urm09", "urm13-i2c"), Readdressing(_urm, after_power_cycle=True)),
     **dict.fromkeys(("urm12", "urm13", "urm14", "urm15"), Readdressing(_urm_modbus, after_power_cycle=True)),
 }

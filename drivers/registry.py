@@ -13,8 +13,27 @@ GROUP = "echogrid.devices"
 
 BUILT_IN: Mapping[str, str] = {
     "a02yyuw": "echogrid.drivers.a02yyuw:A02yyuw",
+    "dyp-rs485": "echogrid.drivers.dyp_rs485:DypRs485",
+    "ff-on-demand": "echogrid.drivers.ff_on_demand:FfOnDemand",
+    "i2cxl": "echogrid.drivers.i2cxl:I2cxl",
+    "iio": "echogrid.drivers.iio:Iio",
+    "maxbotix": "echogrid.drivers.maxbotix:Maxbotix",
     "odrive-0.5": "echogrid.drivers.odrive:ODriveAxis",
+    "rcwl-9620": "echogrid.drivers.rcwl9620:Rcwl9620",
+    "srf01": "echogrid.drivers.srf01:Srf01",
+    "srf02": "echogrid.drivers.srf02:Srf02",
+    "srf02-serial": "echogrid.drivers.srf02_serial:Srf02Serial",
     "srf08": "echogrid.drivers.srf08:Srf08",
+    "srf10": "echogrid.drivers.srf10:Srf10",
+    "srf235": "echogrid.drivers.srf235:Srf235",
+    "urm07": "echogrid.drivers.urm07:Urm07",
+    "urm09": "echogrid.drivers.urm_i2c:Urm09",
+    "urm12": "echogrid.drivers.urm_modbus:Urm12",
+    "urm13": "echogrid.drivers.urm_modbus:Urm13",
+    "urm13-i2c": "echogrid.drivers.urm_i2c:Urm13I2c",
+    "urm14": "echogrid.drivers.urm_modbus:Urm14",
+    "urm15": "echogrid.drivers.urm_modbus:Urm15",
+    "urm37": "echogrid.drivers.urm37:Urm37",
 }
 
 
@@ -23,7 +42,7 @@ class Driver(Protocol):
 
     @property
     def bus(self) -> str:
-        """The kind of its port: "serial", "i2c" or "can"."""
+        """The kind of its port: "serial", "i2c", "can" or "iio"."""
         ...
 
     @property

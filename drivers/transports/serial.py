@@ -4,6 +4,7 @@ import select
 import termios
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from echogrid.drivers.bus import Break
@@ -52,6 +53,7 @@ class SerialPort:
         except (OSError, ValueError, termios.error) as error:
             code = error.errno if isinstance(error, OSError) else None
             raise cannot_open("serial", self._address, "dialout", error, code) from error
+        _hand_over_at_once(self._serial)
 
     def close(self) -> None:
         """Let go. May be called twice."""
@@ -65,10 +67,7 @@ class SerialPort:
         try:
             for item in items:
                 if isinstance(item, Break):
-                    port.flush()
-                    port.break_condition = True
-                    time.sleep(item.duration_s)
-                    port.break_condition = False
+                    _pull_low(port, item.duration_s)
                 else:
                     port.write(item)
         except (OSError, termios.error) as error:
@@ -92,3 +91,19 @@ class SerialPort:
 
     def _lost(self, error: Exception) -> PortError:
         return PortError(f"{self._address}: serial port lost, was it unplugged? ({error})")
+
+
+def _pull_low(port: "serial.Serial", duration_s: float) -> None:
+    """Send a break, behind what is still on its way."""
+    port.flush()
+    port.break_condition = True
+    try:
+        time.sleep(duration_s)
+    finally:
+        port.break_condition = False
+
+
+def _hand_over_at_once(port: "serial.Serial") -> None:
+    """Have an adapter that can be told so pass on what comes: some keep it to themselves for 16 ms."""
+    with suppress(ValueError):
+        port.set_low_latency_mode(True)

@@ -75,7 +75,11 @@ class SerialLine(PoweringBus[bytes, bytes | Break]):
     def _step(self, now_ns: int) -> None:
         for device in self._devices:
             device.advance(now_ns)
-            self._received += device.output.take(now_ns)
+            if sent := device.output.take(now_ns):
+                self._received += sent
+                for other in self._devices:
+                    if other.has_contact(now_ns):
+                        other.overhear(sent, now_ns)
         if self._breaks and now_ns >= self._breaks[0]:
             self._breaks.popleft()
             self._pass_on_break(now_ns)

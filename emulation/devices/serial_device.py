@@ -35,3 +35,6 @@ class SerialDevice(EmulatedDevice):
 
     def receive_break(self, now_ns: int) -> None:
         """Take a break, which has just ended."""
+
+    def overhear(self, data: bytes, now_ns: int) -> None:
+        """Take bytes that a device on the line, oneself too, has sent, as in `receive`."""

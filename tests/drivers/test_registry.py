@@ -21,7 +21,7 @@ def test_a_misspelt_driver_is_refused_with_a_hint() -> None:
 
 
 def test_a_driver_like_no_other_is_refused_with_the_list() -> None:
-    with raises(UnknownDriverError, match=r"expected one of a02yyuw, odrive-0\.5, srf08"):
+    with raises(UnknownDriverError, match=r"expected one of a02yyuw, .*, srf08, "):
         driver("%%%%")
 
 
