@@ -60,8 +60,8 @@ class SerialTransfer:
     echoed: bool = False
     """One wire for both directions: the host hears what it sends."""
     framed: bool = True
-    """The reply shows by itself that it is whole, and whose; if not, a pause behind it does, and where another
-    one's reply may still come it is asked for once more."""
+    """The reply shows by itself that it is whole, and whose; if not, a pause behind it does, and where
+    another's reply may still come it is asked for once more."""
     quiet_ns: int = 0
     """So long the line is left in silence between the transfer before and this one."""
 

@@ -2,18 +2,18 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import nan
-from typing import ClassVar, Generic, Protocol
+from typing import Generic
 
 from echogrid.drivers.bus import Result, Transfer
 from echogrid.drivers.course import Course, Pilot
 from echogrid.drivers.device import Health, State, Step
+from echogrid.drivers.make import MILLISECOND_NS, Answer, Fired, Make, Trouble
 from echogrid.drivers.pace import Pace, bus_time
 from echogrid.drivers.readings import Outcome, RangeReading, classify
 from echogrid.drivers.role import Call, RangerRole, Slot, Turn
 
-MILLISECOND_NS = 1_000_000
 POLL_NS = 5 * MILLISECOND_NS
 LATEST_NS = 10 * MILLISECOND_NS
 """A turn which is missed by more is left to the neighbours."""
@@ -22,96 +22,13 @@ LONGEST_BACK_OFF_NS = 2_000 * MILLISECOND_NS
 STALLED_NS = 500 * MILLISECOND_NS
 
 
-@dataclass(frozen=True, slots=True)
-class Trouble:
-    """Why a ranger can't be used."""
-
-    state: State
-    message: str
-    """With what to do about it."""
-
-
-@dataclass(frozen=True, slots=True)
-class Fired:
-    """A ping under way, or why there is none."""
-
-    stamp_ns: int
-    """When the sound left."""
-    error_ns: int
-    trouble: str = ""
-    """Why it did not fire; empty if it did."""
-    data: bytes = b""
-    """The answer, from rangers which give it as the reply to the command."""
-    state: State = State.MISSING
-    """What it means if it did not fire."""
-    silent: bool = False
-    """It fired, and says by its silence that it heard nothing."""
-
-
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """What a ranger says of a ping."""
-
-    distances: tuple[float, ...] = ()
-    """m, nearest first; none: nothing was heard."""
-    nearest: float = 0.0
-    """m: its own word for how near it can hear at present."""
-    doubt: str = ""
-    """Why this cannot be the answer; empty if it can."""
-    state: State = State.FAULTY
-    """What it means if it cannot."""
-    gone: bool = True
-    """Whether a doubtful answer means that the device has to be set up anew."""
-
-
-class Make(Protocol[Transfer]):
-    """How rangers of one make are talked to: what to send, and what the answers mean."""
-
-    where: str
-    """Its place on the bus, for messages."""
-    idle: Transfer
-    """Any transfer."""
-    ping_ns: int
-    """From the command to the answer."""
-    patience_ns: int
-    """How long past that it may be busy."""
-    rest_ns: int
-    """The least from a ping to the next."""
-
-    def set_up(self) -> Course[Transfer, Trouble | None]:
-        """Make it ready to fire; what is wrong, if it can't be."""
-        ...
-
-    def fire(self, listens: bool) -> Course[Transfer, Fired]:
-        """Start a ping, or what is the same without the sound."""
-        ...
-
-    def fire_all(self) -> Course[Transfer, Fired]:
-        """Start a ping of all rangers of the make on the bus; asked of role.Call.ALL only."""
-        ...
-
-    def called(self, result: Result[Transfer]) -> Fired | None:
-        """The ping that another one's `fire_all` started; None if this is something else."""
-        ...
-
-    def collect(self) -> Course[Transfer, bytes]:
-        """The answer; nothing while it is busy."""
-        ...
-
-    def answer(self, data: bytes) -> Answer:
-        """What the answer means."""
-        ...
-
-
 class CommandedRanger(Generic[Transfer]):
     """Takes one ranger through its turns. Every ping gives exactly one reading."""
 
-    can_listen: ClassVar[bool] = False
-    """Whether its make can do all but ping."""
-    obeys_general_call: ClassVar[bool] = False
-    """Whether one of its kind can fire all of them on the bus."""
-
     def __init__(self, role: RangerRole, make: Make[Transfer]) -> None:
+        """Raises ValueError if it is to be fired in a way that its make does not know."""
+        if role.call is not Call.ITSELF and not make.obeys_general_call:
+            raise ValueError(f"{role.name} obeys no general call: let it fire by itself")
         self.name = role.name
         self._role = role
         self._make = make
@@ -153,6 +70,16 @@ class CommandedRanger(Generic[Transfer]):
             counts["unanswered transfers"] = self._pilot.unanswered
         trouble = self._condition(now_ns)
         return Health(trouble.state, trouble.message, counts)
+
+    @property
+    def can_listen(self) -> bool:
+        """Whether it can do all but ping."""
+        return self._make.can_listen
+
+    @property
+    def obeys_general_call(self) -> bool:
+        """Whether one of its kind can fire all of them on the bus."""
+        return self._make.obeys_general_call
 
     def pace(self, bit_rate: int) -> Pace:
         """How quick it is, on a bus of so many bit/s; afterwards it is of no use."""

@@ -56,6 +56,11 @@ class Conversation:
         """Devices which did not reply as they should when last asked, and until when they may yet."""
         self._owed = Owed()
 
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """What came when nobody was asked."""
+        return {"stray bytes": self.stray_bytes} if self.stray_bytes else {}
+
     def step(self, now_ns: int, received: Sequence[bytes]) -> Step[bytes | Break]:
         """Step every device that is due, and carry its transfers."""
         readings: list[Reading] = []

@@ -1,16 +1,16 @@
 """What Devantech's rangers on I2C share: their registers, who is who, how long a ping takes, the address."""
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Sequence
 from math import ceil
 from typing import ClassVar
 
-from echogrid.drivers.bus import I2cTransfer, Result
-from echogrid.drivers.commanded import MILLISECOND_NS, Answer, Fired, Trouble
+from echogrid.drivers.bus import I2cTransfer
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import State
 from echogrid.drivers.i2c_chip import Chip, fired
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.make import MILLISECOND_NS, Answer, Fired, Make, Trouble
 from echogrid.drivers.role import RangerRole
 
 COMMAND, GAIN, RANGE = range(3)
@@ -88,7 +88,7 @@ def pulled_down(registers: bytes, before: bytes) -> bool:
     return registers != before and registers == left
 
 
-class DevantechMake(ABC):
+class DevantechMake(Make[I2cTransfer]):
     """The half of a make that is alike in all of them."""
 
     name: ClassVar[str]
@@ -130,15 +130,6 @@ class DevantechMake(ABC):
         """Start a ping, or what is the same without the sound where that is possible."""
         result = yield from self._chip.insisting.write(COMMAND, self._command(listens))
         return self._begun(fired(result, RESOLUTION_NS))
-
-    def fire_all(self) -> Course[I2cTransfer, Fired]:
-        """Start this one's own ping."""
-        return (yield from self.fire(listens=False))
-
-    def called(self, result: Result[I2cTransfer]) -> Fired | None:
-        """Nothing that another one does fires it."""
-        del result
-        return None
 
     def collect(self) -> Course[I2cTransfer, bytes]:
         """The registers; nothing while it pings."""

@@ -4,12 +4,12 @@ from collections.abc import Callable, Mapping
 from errno import EPROTO
 
 from echogrid.drivers.bus import Break, Result, SerialTransfer
-from echogrid.drivers.commanded import MILLISECOND_NS, Answer, Fired, Trouble
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import State
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.make import MILLISECOND_NS, Answer, Fired, Make, Trouble
 from echogrid.drivers.role import RangerRole
-from echogrid.drivers.serial_talk import UncalledMake, ask_surely, exactly, fired, tell, unanswered
+from echogrid.drivers.serial_talk import SILENCE, ask_surely, exactly, fired, tell, unanswered
 
 BAUD = 9600
 CENTIMETRES, MICROSECONDS = 0x51, 0x52
@@ -49,9 +49,10 @@ def never(data: bytes) -> bool:
     return False
 
 
-class DevantechLineMake(UncalledMake):
+class DevantechLineMake(Make[SerialTransfer]):
     """The half of a make that is alike in them."""
 
+    idle = SILENCE
     ping_ns = PING_NS
     rest_ns = REST_NS
     patience_ns = 0
@@ -63,7 +64,7 @@ class DevantechLineMake(UncalledMake):
 
         On one wire a break comes before each message, and the message is heard back.
         """
-        super().__init__(role, f"address {address}")
+        self.where = f"address {address}"
         require_between("farthest", role.farthest, 0.0, round(LISTENS_NS * 1e-9 * role.speed_of_sound / 2, 2))
         self._longest = LISTENS_NS * 1e-9 * role.speed_of_sound / 2
         self._address = address

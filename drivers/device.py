@@ -124,6 +124,11 @@ class BusLine(Protocol[In_contra, Out_co]):
         """All of them."""
         ...
 
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """Events on the bus that are no device's own, by name."""
+        ...
+
     def step(self, now_ns: int, received: Sequence[In_contra]) -> Step[Out_co]:
         """Take what the bus brought and say what comes next."""
         ...
@@ -143,6 +148,11 @@ class Line(Generic[In, Out]):
 
     def __post_init__(self) -> None:
         self._deadlines_ns = [0] * len(self.devices)
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """None: everything that comes in is the devices'."""
+        return {}
 
     def step(self, now_ns: int, received: Sequence[In]) -> Step[Out]:
         """Step every device that is due, or all of them if something came in."""

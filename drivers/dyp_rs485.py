@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from echogrid.drivers.bus import SerialTransfer
-from echogrid.drivers.commanded import MILLISECOND_NS, Answer, CommandedRanger, Fired, Trouble
+from echogrid.drivers.commanded import CommandedRanger
 from echogrid.drivers.conversation import Conversation
 from echogrid.drivers.course import Course
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.make import MILLISECOND_NS, Answer, Fired, Trouble
 from echogrid.drivers.modbus import ILLEGAL_ADDRESS, read
 from echogrid.drivers.modbus_line import ModbusMake, ModbusSettings
 from echogrid.drivers.role import RangerRole
@@ -27,8 +28,8 @@ class DypMake(ModbusMake):
     patience_ns = 0
     rest_ns = REST_NS
 
-    def __init__(self, role: RangerRole, settings: "DypRs485.Settings") -> None:
-        super().__init__(role, settings)
+    def __init__(self, settings: "DypRs485.Settings") -> None:
+        super().__init__(settings)
         self._settings = settings
         self._greet = read(settings.address, TEMPERATURE, 1)
         self._measure = read(settings.address, FILTERED if settings.filtered else REAL_TIME, 1)
@@ -91,5 +92,5 @@ class DypRs485(CommandedRanger[SerialTransfer]):
                 require_between("invalid_mm", code, 0, 0xFFFF)
 
     def __init__(self, role: RangerRole, settings: Settings) -> None:
-        super().__init__(role, DypMake(role, settings))
+        super().__init__(role, DypMake(settings))
         self.port_options: Mapping[str, object] = settings.port_options

@@ -6,13 +6,14 @@ from errno import ETIMEDOUT
 from typing import ClassVar
 
 from echogrid.drivers.bus import Result, SerialTransfer
-from echogrid.drivers.commanded import MILLISECOND_NS, Answer, CommandedRanger, Fired, Trouble
+from echogrid.drivers.commanded import CommandedRanger
 from echogrid.drivers.conversation import BITS_PER_BYTE, Conversation
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import State
 from echogrid.drivers.ff_frame import LENGTH, LONGEST_MM, decode
 from echogrid.drivers.ff_parts import PARTS, PartName, PartSettings
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.make import MILLISECOND_NS, Answer, Fired, Make, Trouble
 from echogrid.drivers.readings import Outcome
 from echogrid.drivers.role import RangerRole
 from echogrid.drivers.serial_talk import SILENCE, ask, exactly, fired, unanswered
@@ -23,7 +24,7 @@ REST_NS = 60 * MILLISECOND_NS
 """It is busy for so long, and so are the echoes in the room."""
 
 
-class FfOnDemandMake:
+class FfOnDemandMake(Make[SerialTransfer]):
     """The trigger and the frame. It can't be asked anything without a ping, so that is how it is set up."""
 
     where = "the ranger"
@@ -66,15 +67,6 @@ class FfOnDemandMake:
             return replace(ping, state=State.GARBLED)
         silent = result.end_ns - self._replied_ns <= self._silent_ns
         return replace(ping, trouble="", silent=True) if silent else ping
-
-    def fire_all(self) -> Course[SerialTransfer, Fired]:
-        """Ping: it is alone on its line."""
-        return (yield from self.fire(listens=False))
-
-    def called(self, result: Result[SerialTransfer]) -> Fired | None:
-        """Nobody else is on its line."""
-        del result
-        return None
 
     def collect(self) -> Course[SerialTransfer, bytes]:
         """Nothing: the answer came as the reply."""

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from echogrid.drivers.bus import I2cMessage, I2cTransfer, Result
-from echogrid.drivers.commanded import Fired, Trouble
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import State
+from echogrid.drivers.make import Fired, Trouble
 
 TRIES = 8
 """Of ten transfers seven may be disturbed: then a ping of six still comes about, mostly."""

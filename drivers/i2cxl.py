@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from echogrid.drivers.bus import I2cResult, I2cTransfer
-from echogrid.drivers.commanded import MILLISECOND_NS, Answer, CommandedRanger, Trouble
+from echogrid.drivers.commanded import CommandedRanger
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import Line
 from echogrid.drivers.i2c_ranger import OneMessageMake
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.make import MILLISECOND_NS, Answer, Trouble
 from echogrid.drivers.role import RangerRole
 
 FIRE = b"\x51"

@@ -9,7 +9,7 @@ from errno import ENODEV, ENOTUNIQ, errorcode
 from typing import ClassVar
 
 from echogrid.drivers.bus import IioRead, IioResult, Result
-from echogrid.drivers.commanded import MILLISECOND_NS, Answer, CommandedRanger, Fired, Trouble
+from echogrid.drivers.commanded import CommandedRanger
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import Line, State
 from echogrid.drivers.iio_kernel import (
@@ -23,6 +23,7 @@ from echogrid.drivers.iio_kernel import (
     told,
 )
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.make import MILLISECOND_NS, Answer, Fired, Make, Trouble
 from echogrid.drivers.role import RangerRole
 
 NAME, RAW, SCALE = "name", "in_distance_raw", "in_distance_scale"
@@ -41,7 +42,7 @@ SHOWN = 20
 """Bytes of a text in a message."""
 
 
-class IioMake:
+class IioMake(Make[IioRead]):
     """The files of one ranger. What the kernel's driver is called tells how its numbers are to be taken."""
 
     ping_ns = PING_NS
@@ -79,15 +80,6 @@ class IioMake:
         outlasts = failure is not None and failure.with_endless_pulse
         self.rest_ns = ENDLESS_NS if outlasts else self._kernel.rest_ns
         return Fired(result.start_ns + half_ns, half_ns, data=data)
-
-    def fire_all(self) -> Course[IioRead, Fired]:
-        """Start this one's own ping: there is no general call."""
-        return (yield from self.fire(listens=False))
-
-    def called(self, result: Result[IioRead]) -> Fired | None:
-        """Nothing that another one does fires it."""
-        del result
-        return None
 
     def collect(self) -> Course[IioRead, bytes]:
         """Nothing: the answer came with the ping."""

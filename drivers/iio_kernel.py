@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from errno import ETIMEDOUT, errorcode
 
 from echogrid.drivers.bus import IioRead, Result
-from echogrid.drivers.commanded import MILLISECOND_NS
+from echogrid.drivers.make import MILLISECOND_NS
 
 NUMBER = re.compile(rb"-?\d{1,10}")
 DECIMAL = re.compile(rb"\d{1,6}\.\d{1,12}")

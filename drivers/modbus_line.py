@@ -6,13 +6,12 @@ from errno import EIO, EPROTO, ETIMEDOUT
 from typing import Literal
 
 from echogrid.drivers.bus import Result, SerialResult, SerialTransfer
-from echogrid.drivers.commanded import Trouble
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import State
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.make import Make, Trouble
 from echogrid.drivers.modbus import Reply, Request, quiet_ns
-from echogrid.drivers.role import RangerRole
-from echogrid.drivers.serial_talk import UncalledMake, trouble_of, unanswered
+from echogrid.drivers.serial_talk import SILENCE, trouble_of, unanswered
 
 LEFT_ALONE = 3
 """So many times as long as it was waited for."""
@@ -112,9 +111,11 @@ class Unit:
         return unanswered(self.where, result, self._baud)
 
 
-class ModbusMake(UncalledMake):
+class ModbusMake(Make[SerialTransfer]):
     """The half of a make that is alike in all of them."""
 
-    def __init__(self, role: RangerRole, settings: ModbusSettings) -> None:
+    idle = SILENCE
+
+    def __init__(self, settings: ModbusSettings) -> None:
         self._unit = Unit(settings)
-        super().__init__(role, self._unit.where)
+        self.where = self._unit.where

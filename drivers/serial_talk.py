@@ -1,15 +1,13 @@
 """What drivers of spoken-to serial devices share: requests and replies as courses, and when they fired."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
 from errno import EIO, EPROTO, ETIMEDOUT
 
 from echogrid.drivers.bus import Break, Result, SerialResult, SerialTransfer
-from echogrid.drivers.commanded import Fired, Trouble
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import State
-from echogrid.drivers.role import Call, RangerRole
+from echogrid.drivers.make import Fired, Trouble
 
 SILENCE = SerialTransfer(())
 """A transfer of nothing."""
@@ -85,28 +83,3 @@ def unanswered(where: str, result: Result[SerialTransfer], baud: int) -> Trouble
     if result.errno == EIO:
         return Trouble(State.MISSING, f"{what}: are RX and TX of the port joined to its one wire?")
     return Trouble(State.GARBLED, f"{what}: noise, two devices at one address, or not {baud} baud")
-
-
-class UncalledMake(ABC):
-    """The half of a make that is alike in all which know no general call."""
-
-    idle = SILENCE
-
-    def __init__(self, role: RangerRole, where: str) -> None:
-        """Raises ValueError if it is to be fired by one."""
-        if role.call is not Call.ITSELF:
-            raise ValueError(f"{where} obeys no general call: let it fire by itself")
-        self.where = where
-
-    @abstractmethod
-    def fire(self, listens: bool) -> Course[SerialTransfer, Fired]:
-        """Start a ping."""
-
-    def fire_all(self) -> Course[SerialTransfer, Fired]:
-        """Start this one's own ping."""
-        return (yield from self.fire(listens=False))
-
-    def called(self, result: Result[SerialTransfer]) -> Fired | None:
-        """Nothing that another one does fires it."""
-        del result
-        return None

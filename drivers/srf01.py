@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from echogrid.drivers import devantech_serial
 from echogrid.drivers.bus import SerialTransfer
-from echogrid.drivers.commanded import CommandedRanger, Trouble
+from echogrid.drivers.commanded import CommandedRanger
 from echogrid.drivers.conversation import Conversation
 from echogrid.drivers.course import Course
 from echogrid.drivers.devantech_serial import (
@@ -17,6 +17,7 @@ from echogrid.drivers.devantech_serial import (
     never,
 )
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.make import Trouble
 from echogrid.drivers.role import RangerRole
 from echogrid.drivers.serial_talk import unanswered
 
@@ -39,6 +40,8 @@ def address_change(old: int, new: int) -> tuple[SerialTransfer, ...]:
 
 class Srf01Make(DevantechLineMake):
     """The SRF01's messages: the answer is in whole centimetres."""
+
+    can_listen: ClassVar[bool] = True
 
     def __init__(self, role: RangerRole, settings: "Srf01.Settings") -> None:
         centimetre = 0.01 * role.speed_of_sound / settings.speed_of_sound_m_s
@@ -77,7 +80,6 @@ class Srf01(CommandedRanger[SerialTransfer]):
     line: ClassVar[type[Conversation]] = Conversation
     identity: ClassVar[str] = "address"
     port_options: ClassVar[Mapping[str, object]] = {"baud": BAUD}
-    can_listen: ClassVar[bool] = True
 
     @dataclass(frozen=True, slots=True)
     class Settings:

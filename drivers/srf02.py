@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from echogrid.drivers.bus import I2cResult, I2cTransfer
-from echogrid.drivers.commanded import MILLISECOND_NS, Answer, CommandedRanger
+from echogrid.drivers.commanded import CommandedRanger
 from echogrid.drivers.devantech import (
     FIRST_ADDRESS,
     FULL_PING_NS,
@@ -17,6 +17,7 @@ from echogrid.drivers.devantech import (
 )
 from echogrid.drivers.device import Line, State
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.make import MILLISECOND_NS, Answer
 from echogrid.drivers.role import RangerRole
 
 LISTEN_MICROSECONDS = 0x58
@@ -31,6 +32,8 @@ REST_NS = 68 * MILLISECOND_NS
 
 class Srf02Make(DevantechMake):
     """The SRF02's messages: nothing can be set."""
+
+    can_listen: ClassVar[bool] = True
 
     name = "SRF02"
     ping_ns = FULL_PING_NS + OVERHEAD_NS
@@ -60,7 +63,6 @@ class Srf02(CommandedRanger[I2cTransfer]):
     line: ClassVar[type[Line[I2cResult, I2cTransfer]]] = Line
     identity: ClassVar[str] = "address"
     port_options: ClassVar[Mapping[str, object]] = {}
-    can_listen: ClassVar[bool] = True
 
     @dataclass(frozen=True, slots=True)
     class Settings:

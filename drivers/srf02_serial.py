@@ -6,11 +6,12 @@ from typing import ClassVar
 
 from echogrid.drivers import devantech_serial
 from echogrid.drivers.bus import SerialTransfer
-from echogrid.drivers.commanded import CommandedRanger, Fired, Trouble
+from echogrid.drivers.commanded import CommandedRanger
 from echogrid.drivers.conversation import Conversation
 from echogrid.drivers.course import Course
 from echogrid.drivers.devantech_serial import BAUD, LISTEN_CENTIMETRES, MICROSECONDS, DevantechLineMake
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.make import Fired, Trouble
 from echogrid.drivers.role import RangerRole
 
 FIRST_MINIMUM = 0.28
@@ -28,6 +29,8 @@ def address_change(old: int, new: int) -> tuple[SerialTransfer, ...]:
 
 class Srf02SerialMake(DevantechLineMake):
     """The SRF02's messages: the answer is the time of flight, there and back."""
+
+    can_listen: ClassVar[bool] = True
 
     def __init__(self, role: RangerRole, settings: "Srf02Serial.Settings") -> None:
         metres = {MICROSECONDS: role.speed_of_sound * 1e-6 / 2, LISTEN_CENTIMETRES: 0.01}
@@ -55,7 +58,6 @@ class Srf02Serial(CommandedRanger[SerialTransfer]):
     line: ClassVar[type[Conversation]] = Conversation
     identity: ClassVar[str] = "address"
     port_options: ClassVar[Mapping[str, object]] = {"baud": BAUD, "stop_bits": 2}
-    can_listen: ClassVar[bool] = True
 
     @dataclass(frozen=True, slots=True)
     class Settings:

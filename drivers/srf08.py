@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from echogrid.drivers.bus import I2cResult, I2cTransfer, Result
-from echogrid.drivers.commanded import CommandedRanger, Fired
+from echogrid.drivers.commanded import CommandedRanger
 from echogrid.drivers.course import Course
 from echogrid.drivers.devantech import (
     COMMAND,
@@ -19,6 +19,7 @@ from echogrid.drivers.devantech import (
 from echogrid.drivers.device import Line
 from echogrid.drivers.i2c_chip import GENERAL_CALL, fired, overheard
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.make import Fired
 from echogrid.drivers.role import RangerRole
 
 BRIGHTEST = 248
@@ -29,6 +30,8 @@ MOST_ECHOES = 17
 
 class Srf08Make(GatedMake):
     """The SRF08's messages. One general call fires all of them on a bus."""
+
+    obeys_general_call: ClassVar[bool] = True
 
     name = "SRF08"
     fixed = 1
@@ -60,7 +63,6 @@ class Srf08(CommandedRanger[I2cTransfer]):
     line: ClassVar[type[Line[I2cResult, I2cTransfer]]] = Line
     identity: ClassVar[str] = "address"
     port_options: ClassVar[Mapping[str, object]] = {}
-    obeys_general_call: ClassVar[bool] = True
 
     @dataclass(frozen=True, slots=True)
     class Settings:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from echogrid.drivers.bus import I2cResult, I2cTransfer
-from echogrid.drivers.commanded import MILLISECOND_NS, Answer, CommandedRanger
+from echogrid.drivers.commanded import CommandedRanger
 from echogrid.drivers.devantech import (
     FIRST_ADDRESS,
     GATE_SPEED,
@@ -20,6 +20,7 @@ from echogrid.drivers.devantech import (
 )
 from echogrid.drivers.device import Line
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.make import MILLISECOND_NS, Answer
 from echogrid.drivers.role import RangerRole
 
 OWN_UNIT = 0x51

@@ -5,14 +5,15 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from echogrid.drivers.bus import Result, SerialTransfer
-from echogrid.drivers.commanded import MILLISECOND_NS, Answer, CommandedRanger, Fired, Trouble
+from echogrid.drivers.commanded import CommandedRanger
 from echogrid.drivers.conversation import Conversation
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import State
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.make import MILLISECOND_NS, Answer, Fired, Make, Trouble
 from echogrid.drivers.role import RangerRole
 from echogrid.drivers.serial_talk import (
-    UncalledMake,
+    SILENCE,
     answered,
     ask,
     ending_in,
@@ -69,14 +70,15 @@ def address_change(old: int, new: int) -> tuple[SerialTransfer]:
     return (SerialTransfer((message,), exactly(REPLY_LENGTH - 1), REPLY_WITHIN_NS),)
 
 
-class Urm07Make(UncalledMake):
+class Urm07Make(Make[SerialTransfer]):
     """Their messages."""
 
+    idle = SILENCE
     patience_ns = 0
     rest_ns = PING_NS
 
     def __init__(self, role: RangerRole, settings: "Urm07.Settings") -> None:
-        super().__init__(role, f"address {settings.address:#04x}")
+        self.where = f"address {settings.address:#04x}"
         require_between("farthest", role.farthest, 0.0, FARTHEST)
         self._address = settings.address
         self._baud = settings.baud

@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from echogrid.drivers.bus import SerialTransfer
-from echogrid.drivers.commanded import MILLISECOND_NS, Answer, CommandedRanger, Fired, Trouble
+from echogrid.drivers.commanded import CommandedRanger
 from echogrid.drivers.conversation import Conversation
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import State
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.make import MILLISECOND_NS, Answer, Fired, Make, Trouble
 from echogrid.drivers.role import RangerRole
-from echogrid.drivers.serial_talk import UncalledMake, answered, ask, ending_in, unanswered
+from echogrid.drivers.serial_talk import SILENCE, answered, ask, ending_in, unanswered
 
 BAUD = 9600
 TEMPERATURE, DISTANCE = 0x11, 0x22
@@ -47,15 +48,16 @@ def word_of(command: int, data: bytes) -> int | None:
     return word if tail == frame(command, word) else None
 
 
-class Urm37Make(UncalledMake):
+class Urm37Make(Make[SerialTransfer]):
     """The URM37's messages."""
 
+    where = "the URM37"
+    idle = SILENCE
     ping_ns = PING_NS
     rest_ns = PING_NS
     patience_ns = 0
 
     def __init__(self, role: RangerRole, settings: "Urm37.Settings") -> None:
-        super().__init__(role, "the URM37")
         require_between("farthest", role.farthest, 0.0, FARTHEST)
         self._unit = settings.unit_mm / 1000
         self._no_echo = settings.no_echo

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from echogrid.drivers.bus import SerialTransfer
-from echogrid.drivers.commanded import MILLISECOND_NS, Answer, CommandedRanger, Fired, Trouble
+from echogrid.drivers.commanded import CommandedRanger
 from echogrid.drivers.conversation import Conversation
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import State
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.make import MILLISECOND_NS, Answer, Fired, Trouble
 from echogrid.drivers.modbus import BUSY, read, write
 from echogrid.drivers.modbus_line import ModbusMake, ModbusSettings
 from echogrid.drivers.role import RangerRole
@@ -79,7 +80,7 @@ class UrmMake(ModbusMake):
 
     def __init__(self, role: RangerRole, settings: UrmSettings, kind: Kind) -> None:
         require_between("farthest", role.farthest, 0.0, kind.range.farthest)
-        super().__init__(role, settings)
+        super().__init__(settings)
         self.ping_ns = self.rest_ns = round(settings.ping_ms * 1e6)
         self._within_ns = round(settings.reply_ms * 1e6)
         self._clears_trigger = settings.clears_trigger

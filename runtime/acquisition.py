@@ -57,7 +57,7 @@ def _health(pump: Pump[Any, Any], device: Device[Any, Any], now_ns: int) -> Heal
         health = device.health(now_ns)
     except Exception as error:  # noqa: BLE001 - the loop must outlive any fault of a driver
         health = Health(State.INTERNAL, f"internal error: {error!r} (please report it)", {})
-    counts = {**health.counts, "port lost": pump.losses}
+    counts = {**health.counts, **pump.line.counts, "port lost": pump.losses}
     if pump.state is PortState.CLOSED and pump.trouble:
         return Health(State.PORT_LOST, pump.trouble, counts)
     return Health(health.state, health.message, counts)

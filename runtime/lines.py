@@ -7,6 +7,7 @@ from typing import Any
 
 from echogrid.drivers import registry
 from echogrid.drivers.commanded import CommandedRanger
+from echogrid.drivers.conversation import Conversation
 from echogrid.drivers.device import BusLine, Device
 from echogrid.drivers.errors import UnknownDriverError
 from echogrid.drivers.registry import Driver
@@ -47,7 +48,7 @@ def lines(config: Config) -> list[BusLine[Any, Any]]:
     problems: list[Problem] = []
     parts = _parts(config, problems)
     problems += _doubles(parts)
-    problems += _mixtures(parts)
+    problems += _mixtures(config, parts)
     if {wheel.name for wheel in config.wheel} != {"left", "right"}:
         problems.append(((), "a run needs a [[wheel]] named `left` and one named `right`"))
     if problems:
@@ -173,18 +174,18 @@ def _doubles(parts: list[_Part]) -> Iterator[Problem]:
             yield (*part.place, key or "bus"), f"{part.name} and {other} share {same} of bus {part.bus!r}"
 
 
-def _mixtures(parts: list[_Part]) -> Iterator[Problem]:
+def _mixtures(config: Config, parts: list[_Part]) -> Iterator[Problem]:
     """Devices that can't be on one bus: they talk at other speeds, or one of them talks unasked."""
     firsts: dict[str, _Part] = {}
+    bit_rates = {bus.name: bus.bit_rate for bus in config.bus}
     for part in parts:
-        first = firsts.setdefault(part.bus, part)
+        first, place = firsts.setdefault(part.bus, part), (*part.place, "bus")
+        ways, others = dict(part.device.port_options), dict(first.device.port_options)
         if part.driver.bus != first.driver.bus:
             continue  # One of them is on a bus of another kind, and that is told already.
+        if part.driver.line is Conversation and bit_rates[part.bus] not in (None, ways.get("baud")):
+            yield place, f"{part.name}: its timing needs `baud` here, not `bit_rate` of the bus alone"
         if part.driver.line is not first.driver.line:
-            yield (*part.place, "bus"), f"{part.name} and {first.name} can't share bus {part.bus!r}"
-        elif part.device.port_options != first.device.port_options:
-            ways = f"{dict(part.device.port_options)} and {dict(first.device.port_options)}"
-            yield (
-                (*part.place, "bus"),
-                f"{part.name} and {first.name} differ on bus {part.bus!r}: {ways}",
-            )
+            yield place, f"{part.name} and {first.name} can't share bus {part.bus!r}: one talks unasked"
+        elif ways != others:
+            yield place, f"{part.name} and {first.name} differ on bus {part.bus!r}: {ways} and {others}"

@@ -5,12 +5,13 @@ from itertools import pairwise
 
 from hypothesis import given
 from hypothesis.strategies import booleans, floats, integers, lists, sampled_from, tuples
-from pytest import approx, mark
+from pytest import approx, mark, raises
 
 from echogrid.drivers.bus import NEVER_NS, I2cMessage, I2cResult, I2cTransfer, Result
-from echogrid.drivers.commanded import LATEST_NS, Answer, CommandedRanger, Fired, Trouble
+from echogrid.drivers.commanded import LATEST_NS, CommandedRanger
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import State
+from echogrid.drivers.make import Answer, Fired, Make, Trouble
 from echogrid.drivers.readings import Outcome, RangeReading
 from echogrid.drivers.role import Call, RangerRole, Slot
 
@@ -21,8 +22,10 @@ ROLE = RangerRole("front", 0.1, 3.0, SLOT, SPEED)
 SET_UP, FIRE, LISTEN, ALL, COLLECT = (I2cTransfer((I2cMessage(1, bytes((code,))),)) for code in range(5))
 
 
-class Maker:
+class Maker(Make[I2cTransfer]):
     """A make whose answers are centimetres, one byte each; 0xFF is doubtful."""
+
+    can_listen = obeys_general_call = True
 
     where = "here"
     idle = I2cTransfer(())
@@ -182,6 +185,15 @@ def test_one_fires_for_all_and_those_which_are_called_take_it_for_their_own() ->
     called.run(89 * MS, [I2cResult(ALL, 10 * MS, 11 * MS)])
     assert called.times(FIRE) == called.times(ALL) == []
     assert [each.stamp_ns for each in called.readings] == [each.stamp_ns for each in caller.readings]
+
+
+@mark.parametrize("call", [Call.ALL, Call.CALLED])
+def test_one_that_obeys_no_general_call_can_t_be_fired_by_one(call: Call) -> None:
+    class Deaf(Maker):
+        obeys_general_call = False
+
+    with raises(ValueError, match="front obeys no general call: let it fire by itself"):
+        CommandedRanger(replace(ROLE, call=call), Deaf())
 
 
 def test_nobody_calls_and_the_called_one_counts_it_and_goes_on_waiting() -> None:

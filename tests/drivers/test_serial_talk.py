@@ -1,16 +1,13 @@
 from collections.abc import Sequence
 from errno import EIO, EPROTO, ETIMEDOUT
 
-from pytest import mark, raises
+from pytest import mark
 
 from echogrid.drivers.bus import Break, Result, SerialResult, SerialTransfer
-from echogrid.drivers.commanded import Fired
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import State
-from echogrid.drivers.role import Call, RangerRole
+from echogrid.drivers.make import Fired
 from echogrid.drivers.serial_talk import (
-    SILENCE,
-    UncalledMake,
     answered,
     ask,
     ask_surely,
@@ -109,24 +106,3 @@ def test_every_failure_is_told_with_what_to_do(errno: int, state: State, words: 
 
 def test_no_failure_is_no_trouble() -> None:
     assert trouble_of(result()) == ""
-
-
-class Make(UncalledMake):
-    def fire(self, listens: bool) -> Course[SerialTransfer, Fired]:
-        return fired((yield SILENCE), 0)
-
-
-def role(call: Call) -> RangerRole:
-    return RangerRole("front", 0.1, 4.0, None, 343.0, call)
-
-
-def test_without_a_general_call_each_fires_itself() -> None:
-    make = Make(role(Call.ITSELF), "address 3")
-    assert next(make.fire_all()) is SILENCE
-    assert make.called(result()) is None
-
-
-@mark.parametrize("call", [Call.ALL, Call.CALLED])
-def test_one_that_obeys_no_general_call_can_t_be_fired_by_one(call: Call) -> None:
-    with raises(ValueError, match="address 3 obeys no general call: let it fire by itself"):
-        Make(role(call), "address 3")

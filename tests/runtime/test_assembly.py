@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from echogrid.runtime import assembly, lines, robot_file
-from echogrid.runtime.config import Config
+from echogrid.runtime.config import BusConfig, Config
 from echogrid.runtime.emulated import DEFAULT_ROBOT
 from echogrid.runtime.errors import ConfigError, UsageError
 
@@ -56,3 +56,35 @@ def test_devices_that_would_answer_for_each_other_are_refused_with_both_names() 
     assert f"{sensors[1].name} and {sensors[0].name} share address 112" in text
     assert f"{sensors[-1].name} and {sensors[-2].name} share the serial line" in text
     assert "right and left share node 0" in text
+
+
+def line_with(*sensors: tuple[str, dict[str, object]], bit_rate: int | None = None) -> Config:
+    """The emulated robot with more rangers, all on one serial line."""
+    config = robot_file.load(DEFAULT_ROBOT)
+    more = tuple(
+        replace(config.sensor[0], name=f"more_{n}", driver=driver, bus="line", settings=settings)
+        for n, (driver, settings) in enumerate(sensors)
+    )
+    bus = BusConfig("line", "serial", "line", bit_rate=bit_rate)
+    return replace(config, bus=(*config.bus, bus), sensor=(*config.sensor, *more))
+
+
+def test_rangers_that_are_spoken_to_share_a_line() -> None:
+    shared = line_with(("urm12", {"address": 1}), ("urm15", {"address": 2}))
+    assert [len(line.devices) for line in lines.lines(shared) if line.name == "line"] == [2]
+
+
+@pytest.mark.parametrize(
+    ("sensors", "bit_rate", "told"),
+    [
+        ((("urm12", {"address": 1}), ("a02yyuw", {})), None, "can't share bus 'line': one talks unasked"),
+        ((("urm12", {}), ("dyp-rs485", {})), None, "differ on bus 'line'"),
+        ((("urm12", {"address": 1}), ("urm15", {"address": 1})), None, "share address 1"),
+        ((("urm12", {}),), 9600, "its timing needs `baud` here"),
+    ],
+)
+def test_rangers_that_can_t_be_on_one_line_are_refused(
+    sensors: tuple[tuple[str, dict[str, object]], ...], bit_rate: int | None, told: str
+) -> None:
+    with pytest.raises(ConfigError, match=told):
+        lines.lines(line_with(*sensors, bit_rate=bit_rate))
