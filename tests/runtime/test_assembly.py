@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from echogrid.runtime import assembly, lines, robot_file
-from echogrid.runtime.config import BusConfig, Config
+from echogrid.runtime.config import BusConfig, Config, FiringConfig
 from echogrid.runtime.emulated import DEFAULT_ROBOT
 from echogrid.runtime.errors import ConfigError, UsageError
 
@@ -66,7 +66,7 @@ def line_with(*sensors: tuple[str, dict[str, object]], bit_rate: int | None = No
         for n, (driver, settings) in enumerate(sensors)
     )
     bus = BusConfig("line", "serial", "line", bit_rate=bit_rate)
-    return replace(config, bus=(*config.bus, bus), sensor=(*config.sensor, *more))
+    return replace(config, bus=(*config.bus, bus), sensor=(*config.sensor, *more), firing=FiringConfig())
 
 
 def test_rangers_that_are_spoken_to_share_a_line() -> None:
