@@ -10,7 +10,7 @@ from echogrid.drivers.ff_parts import PARTS, PartSettings
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.readings import Outcome
 from echogrid.drivers.role import RangerRole
-from echogrid.drivers.streaming import BITS_PER_BYTE, PATIENCE_NS, Said, StreamingRanger
+from echogrid.drivers.streaming import BITS_PER_BYTE, LONGEST_LAG_MS, PATIENCE_NS, Said, StreamingRanger
 
 
 class A02yyuwMake:
@@ -73,7 +73,7 @@ class A02yyuw(StreamingRanger):
         def __post_init__(self) -> None:
             PartSettings.__post_init__(self)
             for key, value in zip(("lag_ms", "lag_error_ms"), self.lags_ms, strict=True):
-                require_between(key, value, 0.0, 2000.0)
+                require_between(key, value, 0.0, LONGEST_LAG_MS)
 
         @property
         def lags_ms(self) -> tuple[float, float]:

@@ -39,6 +39,9 @@ class CommandedRanger(Generic[Transfer]):
         self._called: Fired | None = None
         self._listens = False
         self._present = False
+        self._set_up_ns = 0
+        self._turn: Turn | None = None
+        """The last one that was waited for since the set-up."""
         self._trouble = Trouble(State.SETTING_UP, "not set up yet")
         self._doubted = State.FAULTY
         self._latest: RangeReading | None = None
@@ -53,6 +56,8 @@ class CommandedRanger(Generic[Transfer]):
         send = self._pilot.step(now_ns, received)
         readings = tuple(self._readings)
         self._readings.clear()
+        for reading in readings:
+            self._counts["listened" if reading.listened else reading.outcome.value] += 1
         return Step(readings, send, self._pilot.deadline_ns)
 
     def lost(self, now_ns: int) -> None:
@@ -60,6 +65,7 @@ class CommandedRanger(Generic[Transfer]):
         if self._ping is not None:
             self._report(self._stamped(self._ping, Outcome.INVALID, self._role.farthest, "port lost"))
             self._doubted = State.FAULTY
+        self._trouble = Trouble(State.SETTING_UP, "not set up again yet")
         self._present = False
         self._pilot.start(self._live(), now_ns)
 
@@ -92,11 +98,12 @@ class CommandedRanger(Generic[Transfer]):
     def _condition(self, now_ns: int) -> Trouble:
         if not self._present:
             return self._trouble
-        patience_ns = 3 * self._slot.period_ns + STALLED_NS
-        if self._latest is None or now_ns - self._latest.stamp_ns > patience_ns:
-            return Trouble(
-                State.STALLED, f"no reading from {self._make.where} for a while: is its bus held up?"
-            )
+        latest_ns = self._latest.stamp_ns if self._latest else 0
+        if now_ns - max(latest_ns, self._set_up_ns) > 3 * self._slot.period_ns + STALLED_NS:
+            what = f"no reading from {self._make.where} for a while: is its bus held up?"
+            return Trouble(State.STALLED, what)
+        if self._latest is None or latest_ns < self._set_up_ns:
+            return self._trouble  # It lasts until a reading shows that it is over.
         if self._latest.outcome is Outcome.INVALID:
             return Trouble(self._doubted, f"invalid reading: {self._latest.reason}")
         return Trouble(State.WELL, "ranging")
@@ -124,6 +131,7 @@ class CommandedRanger(Generic[Transfer]):
             yield from self._back_off(self._pilot.now_ns + back_off_ns)
             back_off_ns = min(2 * back_off_ns, LONGEST_BACK_OFF_NS)
         self._counts["set-ups"] += 1
+        self._set_up_ns, self._turn = self._pilot.now_ns, None
         self._present = True
 
     def _back_off(self, until_ns: int) -> Course[Transfer, None]:
@@ -134,7 +142,7 @@ class CommandedRanger(Generic[Transfer]):
             return
         while (turn := self._slot.next_turn(self._pilot.now_ns)).start_ns - LATEST_NS < until_ns:
             yield turn.start_ns
-            if self._role.call is Call.ALL:
+            if self._role.call is Call.ALL and self._pilot.now_ns - turn.start_ns <= LATEST_NS:
                 yield from self._make.fire_all()
         yield turn.start_ns - LATEST_NS
 
@@ -158,14 +166,23 @@ class CommandedRanger(Generic[Transfer]):
 
     def _fire(self) -> Course[Transfer, Fired | None]:
         turn = self._slot.next_turn(max(self._pilot.now_ns, self._fired_ns + self._make.rest_ns))
+        self._count_passed_over(turn)
         yield turn.start_ns
         if self._pilot.now_ns - turn.start_ns > LATEST_NS:
             self._counts["missed slots"] += 1
             return None
         self._listens = turn.listens
-        if self._role.call is Call.ALL:
-            return (yield from self._make.fire_all())
-        return (yield from self._make.fire(turn.listens))
+        calls = self._role.call is Call.ALL
+        fired = yield from (self._make.fire_all() if calls else self._make.fire(turn.listens))
+        if fired.stamp_ns - turn.start_ns > LATEST_NS:
+            self._counts["late pings"] += 1
+        return fired
+
+    def _count_passed_over(self, turn: Turn) -> None:
+        """Count the turns of its own slot that it could not take, being busy or at rest."""
+        if self._turn is not None and self._role.slot is not None:
+            self._counts["missed slots"] += turn.number - self._turn.number - 1
+        self._turn = turn
 
     def _await_call(self) -> Course[Transfer, Fired | None]:
         """Wait until another one fires for all, or for so long that it must have forgotten to."""
@@ -200,11 +217,13 @@ class CommandedRanger(Generic[Transfer]):
         nearest = max(self._role.nearest, answer.nearest)
         outcome, _ = classify(measured, nearest, self._role.farthest)
         reading = self._stamped(ping, outcome, min(measured, self._role.farthest), raw=data)
-        return replace(reading, later=tuple(later)) if later and outcome is Outcome.ECHO else reading
+        if outcome is not Outcome.ECHO:
+            return reading
+        return replace(reading, later=tuple(each for each in later if each < self._role.farthest))
 
     def _give_up(self, trouble: Trouble) -> None:
+        self._trouble = trouble  # First: another thread may look at it as soon as it is not present.
         self._present = False
-        self._trouble = trouble
 
     def _stamped(
         self, ping: Fired, outcome: Outcome, reached: float, reason: str = "", raw: bytes = b""
@@ -217,8 +236,6 @@ class CommandedRanger(Generic[Transfer]):
         )
 
     def _report(self, reading: RangeReading) -> None:
-        kind = "listened" if reading.listened else reading.outcome.value
-        self._counts[kind] += 1
         self._latest = reading
         self._readings.append(reading)
         self._ping = None

@@ -16,7 +16,7 @@ from echogrid.drivers.limits import require_between
 from echogrid.drivers.make import MILLISECOND_NS, Answer, Fired, Make, Trouble
 from echogrid.drivers.readings import Outcome
 from echogrid.drivers.role import RangerRole
-from echogrid.drivers.serial_talk import SILENCE, ask, exactly, fired, unanswered
+from echogrid.drivers.serial_talk import SILENCE, answered, ask, exactly, unanswered
 
 PING_NS = 65 * MILLISECOND_NS
 """The data sheet's 60 ms without an echo, and the frame."""
@@ -62,7 +62,7 @@ class FfOnDemandMake(Make[SerialTransfer]):
         """Ping; it can't listen without."""
         del listens
         result = yield from self._ask()
-        ping = fired(result, self._byte_ns)
+        ping = answered(result, self._byte_ns)
         if result.errno != ETIMEDOUT:
             return replace(ping, state=State.GARBLED)
         silent = result.end_ns - self._replied_ns <= self._silent_ns

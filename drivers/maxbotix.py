@@ -11,7 +11,7 @@ from echogrid.drivers.maxbotix_line import Line, LineFinder
 from echogrid.drivers.maxbotix_models import Family, family_of
 from echogrid.drivers.readings import Outcome
 from echogrid.drivers.role import RangerRole
-from echogrid.drivers.streaming import BITS_PER_BYTE, Said, StreamingRanger
+from echogrid.drivers.streaming import BITS_PER_BYTE, LONGEST_LAG_MS, Said, StreamingRanger
 
 LEAST_LAG_MS = 30.0
 """The sound is as long on its way to an obstacle at 10 m, and no stamp may lie ahead."""
@@ -95,8 +95,8 @@ class Maxbotix(StreamingRanger):
             require_between("baud", self.baud, 1200, 921_600)
             require_between("no_echo", self.nothing, 1, 10**self.family.digits - 1)
             lag_ms, lag_error_ms = self.lags_ms
-            require_between("lag_ms", lag_ms, LEAST_LAG_MS, 2000.0)
-            require_between("lag_error_ms", lag_error_ms, 0.0, 2000.0)
+            require_between("lag_ms", lag_ms, LEAST_LAG_MS, LONGEST_LAG_MS)
+            require_between("lag_error_ms", lag_error_ms, 0.0, LONGEST_LAG_MS)
 
         @property
         def family(self) -> Family:

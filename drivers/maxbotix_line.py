@@ -32,7 +32,7 @@ class LineFinder:
         skipped = len(stream) - len(self._pending) - read
         if skipped:
             self.skipped_bytes += skipped
-            self.bad_lines += stream.count(b"\r") - len(lines)
+            self.bad_lines += stream.count(b"\r") - self._pending.count(b"\r") - len(lines)
         return lines
 
     def forget(self) -> None:

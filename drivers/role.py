@@ -14,6 +14,8 @@ class Turn:
     start_ns: int
     listens: bool = False
     """Do all but ping: what is heard then is not one's own."""
+    number: int = 0
+    """Of all turns since the clock's zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +48,7 @@ class Slot:
         while (start_ns := self._start_ns(number)) <= after_ns:
             number += 1
         listens = self.listens_every > 0 and (number - self.listens_first) % self.listens_every == 0
-        return Turn(start_ns, listens)
+        return Turn(start_ns, listens, number)
 
     def planned_ns(self, number: int) -> int:
         """When the turn of that number begins, but for the chance."""

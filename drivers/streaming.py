@@ -30,6 +30,10 @@ class Said(NamedTuple):
     """How much of the make's delay was over when the sound met the obstacle."""
 
 
+LONGEST_LAG_MS = 900.0
+"""What comes later than a second can't be put in order with the others."""
+
+
 class StreamMake(Protocol):
     """What the rangers of one make send."""
 
@@ -66,6 +70,7 @@ class StreamingRanger:
         self._heard_ns: int | None = None
         self._awaited_ns = 0
         """Since when there are bytes but no frame."""
+        self._framed_ns = 0
         self._latest: RangeReading | None = None
 
     def step(self, now_ns: int, received: Sequence[bytes]) -> Step[bytes]:
@@ -75,7 +80,7 @@ class StreamingRanger:
         """
         if not received:
             return NOTHING
-        if self._heard_ns is None:
+        if self._heard_ns is None or now_ns - self._heard_ns > self._make.patience_ns:
             self._awaited_ns = now_ns
         self._heard_ns = now_ns
         said = self._make.feed(received[0] if len(received) == 1 else b"".join(received))
@@ -83,13 +88,14 @@ class StreamingRanger:
             return NOTHING
         if len(said) > 1:
             self._counts["overtaken frames"] += len(said) - 1
-        self._awaited_ns = now_ns
+        self._awaited_ns = self._framed_ns = now_ns
         self._latest = reading = self._reading(said[-1], now_ns - self._make.delay_ns)
         self._counts[reading.outcome.value] += 1
         return Step((reading,))
 
     def lost(self, now_ns: int) -> None:  # noqa: ARG002 - as every device is told
         """The port was lost."""
+        self._heard_ns = None
         self._make.forget()
 
     def health(self, now_ns: int) -> Health:
@@ -102,7 +108,7 @@ class StreamingRanger:
             return State.SILENT, "silent: check its power and TX wire; some parts are silent without an echo"
         if now_ns - self._awaited_ns > self._make.patience_ns:
             return State.GARBLED, f"bytes, but no frames: {self._make.garbled}"
-        if self._latest is None:
+        if self._latest is None or now_ns - self._framed_ns > self._make.patience_ns:
             return State.SETTING_UP, "bytes come, no whole frame yet"
         if self._latest.outcome is Outcome.INVALID:
             return State.FAULTY, f"invalid reading: {self._latest.reason}"

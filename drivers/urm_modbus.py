@@ -106,10 +106,13 @@ class UrmMake(ModbusMake):
         return told.trouble
 
     def fire(self, listens: bool) -> Course[SerialTransfer, Fired]:
-        """Start a ping, between the end of the command and its repetition; it can't listen without one."""
+        """Start a ping, between the end of the command and its repetition; it can't listen without one.
+
+        If the repetition is garbled it has pinged all the same.
+        """
         del listens
         told = yield from self._unit.ask(self._trigger, self._within_ns)
-        if told.trouble:
+        if told.trouble and told.trouble.state is not State.GARBLED:
             return Fired(told.end_ns, 0, told.why, state=told.trouble.state)
         return Fired((told.sent_ns + told.end_ns) // 2, (told.end_ns - told.sent_ns + 1) // 2)
 
@@ -154,6 +157,7 @@ def address_change(old: int, new: int) -> SerialTransfer:
 
     Raises ValueError if there is no such address.
     """
+    require_between("address", old, 1, 247)
     require_between("address", new, 1, 247)
     request = write(old, ADDRESS, new)
     return SerialTransfer((request.frame,), exactly(request.length), CHANGE_WITHIN_NS)

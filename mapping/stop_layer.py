@@ -44,7 +44,7 @@ class StopLayer:
         if ranger is None or reading.listened:
             return
         if reading.outcome is Outcome.TOO_CLOSE:
-            self._judge(reading, ranger, ranger.nearest)
+            self._judge(reading, ranger, ranger.nearest, touches=True)
         elif reading.outcome is Outcome.ECHO:
             self._judge(reading, ranger, reading.distance)
 
@@ -52,12 +52,13 @@ class StopLayer:
         """Whether a ranger has heard something in the zone, and nothing beyond since then."""
         return any(now_ns - stamp_ns <= self._zone.hold_ns for stamp_ns in self._stops.values())
 
-    def _judge(self, reading: RangeReading, ranger: Ranger, distance: float) -> None:
+    def _judge(self, reading: RangeReading, ranger: Ranger, distance: float, touches: bool = False) -> None:
+        """See whether something at that distance (m) stops; it does if it may touch the ranger."""
         obstacle = ranger.mount.compose(Pose(distance))
         if abs(atan2(obstacle.y, obstacle.x)) > self._zone.ahead:
             return
         away = hypot(obstacle.x, obstacle.y)
-        if min(away, self._next(reading, away)) <= self._zone.distance:
+        if touches or min(away, self._next(reading, away)) <= self._zone.distance:
             self._stops[reading.sensor] = reading.stamp_ns
         else:
             self._stops.pop(reading.sensor, None)

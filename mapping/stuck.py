@@ -32,6 +32,8 @@ class StuckWatch:
 
     def see(self, reading: RangeReading, pose: Pose) -> None:
         """Take a reading, and the robot's pose by then."""
+        if reading.listened:
+            return
         if reading.outcome is not Outcome.ECHO:
             self._spells.pop(reading.sensor, None)
             return

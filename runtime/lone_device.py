@@ -32,7 +32,7 @@ def alone(config: Config, name: str) -> Config:
     return Config(config.robot, config.bus, sensors, wheels)
 
 
-def on_port(driver: str, port: str, settings: Mapping[str, Any], bus_keys: Mapping[str, Any]) -> Config:
+def on_port(driver: str, port: str, settings: Mapping[str, Any]) -> Config:
     """The configuration of a robot with nothing but a device of that driver on that port.
 
     Raises UsageError if there is no such driver.
@@ -41,7 +41,7 @@ def on_port(driver: str, port: str, settings: Mapping[str, Any], bus_keys: Mappi
         kind = registry.driver(driver).bus
     except UnknownDriverError as error:
         raise UsageError([str(error)]) from error
-    bus = BusConfig(_BUS, kind, port, **bus_keys)  # type: ignore[arg-type]  # drivers' kinds are the ports'
+    bus = BusConfig(_BUS, kind, port)  # type: ignore[arg-type]  # drivers' kinds are the ports'
     if kind == "can":
         return Config(bus=(bus,), wheel=(WheelConfig("left", driver, _BUS, settings=settings),))
     for farthest in (FARTHEST_M, LEAST_M):

@@ -1,5 +1,6 @@
 """A ranger is given another address: looked at before, changed, and looked at again."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -31,19 +32,25 @@ class ReaddressError(EchogridError):
 class Readdress:
     """One change, step by step."""
 
-    def __init__(self, driver: str, port: str, old: int, new: int, clock: Clock) -> None:
-        """Raises UsageError for a driver whose addresses can't be changed, or an address that can't be."""
+    def __init__(
+        self, driver: str, port: str, addresses: tuple[int, int], settings: Mapping[str, Any], clock: Clock
+    ) -> None:
+        """`addresses`: the present one and the new one; `settings`: other keys of the driver.
+
+        Raises UsageError for a driver whose addresses can't be changed, or an address that can't be."""
         if driver not in READDRESSED:
             known = ", ".join(sorted(READDRESSED))
             raise UsageError(
                 [f"{driver!r} can't be given an address by echogrid{hint(driver, READDRESSED)}: {known} can"]
             )
         self._way = READDRESSED[driver]
+        old, new = addresses
         try:
             self._way.transfers(old, new)
         except ValueError as error:
             raise UsageError([str(error)]) from error
         self._driver, self._port, self._old, self._new = driver, port, old, new
+        self._settings = settings
         self._clock = clock
 
     @property
@@ -91,7 +98,7 @@ class Readdress:
 
     def _config(self, address: int) -> Config:
         identity = registry.driver(self._driver).identity
-        return lone_device.on_port(self._driver, self._port, {identity: address}, {})
+        return lone_device.on_port(self._driver, self._port, {**self._settings, identity: address})
 
     def _reading(self, address: int, within_s: float) -> str:
         """What the device at an address says; empty if nobody does."""

@@ -4,6 +4,7 @@ Nothing is sent that lets a device do something, unless it is asked for.
 """
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from echogrid.drivers.clock import Clock
 from echogrid.drivers.conversation import Conversation
 from echogrid.drivers.device import Line
 from echogrid.drivers.errand import Errand
-from echogrid.drivers.errors import PortError
+from echogrid.drivers.errors import PortError, UnknownDriverError
 from echogrid.drivers.readings import Outcome, RangeReading
 from echogrid.drivers.role import RangerRole
 from echogrid.drivers.transports.ports import make_port
@@ -110,8 +111,7 @@ def _heard(port: str, clock: Clock) -> Iterator[Found]:
 
 def _answering(port: str, clock: Clock) -> Iterator[Found]:
     """Rangers which speak when they are spoken to, each driver at its usual address."""
-    for name in registry.driver_names():
-        driver = registry.driver(name)
+    for name, driver in _drivers():
         spoken_to = driver.bus == "serial" and driver.line is Conversation
         if spoken_to and (words := _said(name, port, {}, clock)):
             address = getattr(driver.Settings(), driver.identity, None) if driver.identity else None
@@ -121,7 +121,7 @@ def _answering(port: str, clock: Clock) -> Iterator[Found]:
 def _said(driver: str, port: str, settings: dict[str, Any], clock: Clock) -> str:
     """What a device says to its driver; empty if they don't understand each other."""
     try:
-        config = lone_device.on_port(driver, port, settings, {})
+        config = lone_device.on_port(driver, port, settings)
         with lone_device.opened(config, Path(), clock) as bus:
             bus.turn_until(lambda: bus.waiting >= 1, _ASK_S)
             return _told(bus.take())
@@ -138,11 +138,17 @@ def _told(readings: Sequence[Any]) -> str:
     return said(believed[-1])
 
 
+def _drivers() -> Iterator[tuple[str, registry.Driver]]:
+    """All that can be loaded: one of another package that can't must not spoil the scan."""
+    for name in registry.driver_names():
+        with suppress(UnknownDriverError):
+            yield name, registry.driver(name)
+
+
 def _listeners() -> dict[int, list[_Listener]]:
     """Drivers which only listen, with the settings that are likely, by the speed at which they do."""
     by_baud: dict[int, list[_Listener]] = {}
-    for name in registry.driver_names():
-        driver = registry.driver(name)
+    for name, driver in _drivers():
         if driver.bus == "serial" and driver.line is Line:
             likely: tuple[dict[str, Any], ...] = getattr(driver, "likely", ({},))
             for settings in likely:

@@ -3,9 +3,10 @@
 import argparse
 import os
 import re
+import tomllib
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     Commands = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -62,6 +63,30 @@ def robot_directory() -> Path:
     """Where this user's emulated robot lives by default."""
     runtime = os.environ.get("XDG_RUNTIME_DIR")
     return Path(runtime) / "echogrid" if runtime else Path(f"/tmp/echogrid-{os.getuid()}")
+
+
+def add_settings(parser: argparse.ArgumentParser, told: str) -> None:
+    """--set KEY=VALUE, as often as wanted; `told` is its help."""
+    parser.add_argument(
+        "--set",
+        dest="settings",
+        type=_setting,
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help=told,
+    )
+
+
+def _setting(text: str) -> tuple[str, Any]:
+    """A key of a driver and its value, as they would stand in robot.toml; a text needs no quotes."""
+    key, equals, value = text.partition("=")
+    if not key or not equals:
+        raise argparse.ArgumentTypeError(f"{text!r} is no setting (try address=0x71)")
+    try:
+        return key.strip(), tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return key.strip(), value.strip()
 
 
 def add_directory(parser: argparse.ArgumentParser) -> None:

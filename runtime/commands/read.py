@@ -3,12 +3,11 @@
 import argparse
 import json
 import sys
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from echogrid.runtime.commands.arguments import add_directory, count, duration
+from echogrid.runtime.commands.arguments import add_directory, add_settings, count, duration
 
 if TYPE_CHECKING:
     from echogrid.drivers.readings import Reading
@@ -32,15 +31,7 @@ def add(commands: "Commands") -> None:
         "--robot", type=Path, metavar="robot.toml", help="which robot (default: the emulated one, if it runs)"
     )
     parser.add_argument("--port", metavar="PORT", help="such as /dev/ttyUSB0 or /dev/i2c-1")
-    parser.add_argument(
-        "--set",
-        dest="settings",
-        type=_setting,
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="with --port: a key of the driver, such as address=0x71",
-    )
+    add_settings(parser, "with --port: a key of the driver, such as address=0x71")
     parser.add_argument("--count", type=count, metavar="N", help="end after so many readings")
     parser.add_argument("--duration", type=duration, metavar="TIME", help="end after so long, such as 10s")
     parser.add_argument("--json", action="store_true", help="one JSON object a line")
@@ -55,7 +46,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from echogrid.runtime.errors import UsageError
 
     if arguments.port is not None:
-        config = lone_device.on_port(arguments.device, arguments.port, dict(arguments.settings), {})
+        config = lone_device.on_port(arguments.device, arguments.port, dict(arguments.settings))
         with lone_device.opened(config, Path(), MonotonicClock()) as bus:
             return _show(bus, arguments)
     if arguments.settings:
@@ -102,14 +93,3 @@ def _print(readings: "Sequence[Reading]", start_ns: int, as_json: bool) -> None:
     for reading in readings:
         text = json.dumps(as_object(reading)) if as_json else as_line(reading, start_ns)
         print(text, flush=True)
-
-
-def _setting(text: str) -> tuple[str, Any]:
-    """A key of a driver and its value, as they would stand in robot.toml; a text needs no quotes."""
-    key, equals, value = text.partition("=")
-    if not key or not equals:
-        raise argparse.ArgumentTypeError(f"{text!r} is no setting (try address=0x71)")
-    try:
-        return key.strip(), tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        return key.strip(), value.strip()

@@ -4,6 +4,8 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
+from echogrid.runtime.commands.arguments import add_settings
+
 if TYPE_CHECKING:
     from echogrid.runtime.commands.arguments import Commands
 
@@ -20,6 +22,7 @@ def add(commands: "Commands") -> None:
     parser.add_argument("port", metavar="PORT", help="such as /dev/i2c-1 or /dev/ttyUSB0")
     parser.add_argument("old", type=_address, metavar="OLD", help="the present address, such as 0x70 (7 bit)")
     parser.add_argument("new", type=_address, metavar="NEW", help="the new one, such as 0x71 (7 bit)")
+    add_settings(parser, "a key of the driver, such as baud=9600")
     parser.add_argument("--yes", action="store_true", help="don't ask")
     parser.set_defaults(execute=execute)
 
@@ -29,7 +32,10 @@ def execute(arguments: argparse.Namespace) -> int:
     from echogrid.drivers.clock import MonotonicClock
     from echogrid.runtime.readdressing import Readdress
 
-    readdress = Readdress(arguments.driver, arguments.port, arguments.old, arguments.new, MonotonicClock())
+    addresses = arguments.old, arguments.new
+    readdress = Readdress(
+        arguments.driver, arguments.port, addresses, dict(arguments.settings), MonotonicClock()
+    )
     print(readdress.found())
     if not (arguments.yes or _agreed(arguments)):
         print("nothing was changed", file=sys.stderr)

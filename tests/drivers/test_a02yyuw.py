@@ -88,9 +88,9 @@ def test_a_board_that_leaves_the_header_out_of_the_sum_is_told_so() -> None:
 
 def garbled(device: A02yyuw) -> str:
     """What it says of noise that lasts."""
-    for time_ns in (0, 2_000_000_000):
-        device.step(time_ns, [b"noise"])
-    return device.health(2_000_000_000).message
+    for tenth in range(10, 31):
+        device.step(tenth * CYCLE_NS, [b"noise"])
+    return device.health(30 * CYCLE_NS).message
 
 
 def test_each_part_has_its_lag_and_its_codes_and_the_user_has_the_last_word() -> None:
@@ -191,7 +191,8 @@ def test_health_tells_ranging_from_noise_and_silence() -> None:
     assert device.health(0).level is Level.STALE
     readings(device, GOLDEN, GOLDEN)
     assert device.health(CYCLE_NS).level is Level.OK
-    device.step(3_000_000_000, [b"noise"])
+    for tenth in range(10, 31):
+        device.step(tenth * CYCLE_NS, [b"noise"])
     assert device.health(3_000_000_000).level is Level.ERROR
     assert "9600 baud" in device.health(3_000_000_000).message
     assert device.health(5_000_000_000).level is Level.STALE
@@ -229,3 +230,15 @@ def test_impossible_settings_are_refused_by_name(wrong: dict[str, int]) -> None:
 
 def test_the_port_is_to_be_opened_at_the_baud_rate_of_the_settings() -> None:
     assert A02yyuw(ROLE, replace(A02yyuw.Settings(), baud=19200)).port_options == {"baud": 19200}
+
+
+def test_the_first_bytes_after_a_silence_are_no_garbage_yet() -> None:
+    device = ranger()
+    device.step(CYCLE_NS, [GOLDEN])
+    assert device.health(CYCLE_NS).state is State.WELL
+    device.step(100 * CYCLE_NS, [GOLDEN[:2]])
+    assert device.health(100 * CYCLE_NS).state is State.SETTING_UP
+    device.lost(101 * CYCLE_NS)
+    assert device.health(101 * CYCLE_NS).state is State.SILENT
+    device.step(102 * CYCLE_NS, [GOLDEN[:2]])
+    assert device.health(102 * CYCLE_NS).state is State.SETTING_UP

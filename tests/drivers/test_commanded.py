@@ -161,11 +161,42 @@ def test_an_answer_below_the_ranger_s_own_nearest_is_too_close() -> None:
     assert [each.outcome for each in play.readings] == [Outcome.TOO_CLOSE]
 
 
-def test_later_echoes_are_told_in_their_order() -> None:
-    play = Play()
-    play.data = bytes((100, 150, 200))
+def test_later_echoes_are_told_in_their_order_as_far_as_the_reach() -> None:
+    play = Play(replace(ROLE, farthest=2.0))
+    play.data = bytes((100, 150, 199, 200, 250))
     play.run(100 * MS)
-    assert play.readings[0].later == approx((1.5, 2.0))
+    assert play.readings[0].later == approx((1.5, 1.99))
+
+
+def test_until_a_reading_shows_that_trouble_is_over_it_lasts() -> None:
+    play = Play()
+    play.run(5 * MS)
+    assert play.state is State.SETTING_UP
+    play.run(100 * MS)
+    assert play.state is State.WELL
+    play.errno = ENXIO
+    play.run(1000 * MS)
+    play.errno = 0
+    seen = set()
+    for _ in range(3000):
+        play.run(MS)
+        seen.add(play.state)
+    assert seen == {State.MISSING, State.WELL}
+
+
+def test_turns_that_are_passed_over_while_it_rests_are_counted() -> None:
+    play = Play(replace(ROLE, slot=Slot(20 * MS, 0)))
+    play.run(1000 * MS)
+    missed = play.device.health(play.now_ns).counts["missed slots"]
+    assert len(play.times(FIRE)) + missed == approx(49, abs=1)
+
+
+def test_a_command_that_its_bus_holds_up_is_a_late_ping() -> None:
+    play = Play()
+    play.run(9 * MS)
+    (fire,) = play.device.step(10 * MS, []).send
+    play.device.step(30 * MS, [I2cResult(fire, 29 * MS, 30 * MS)])
+    assert play.device.health(30 * MS).counts["late pings"] == 1
 
 
 def test_a_turn_that_only_listens_is_marked() -> None:

@@ -179,7 +179,8 @@ def test_an_inverted_signal_gives_no_reading_and_the_hint_to_invert_it(sent: lis
     assert heard([1, *levels]) == b"".join(b"R%03d\r" % number for number in sent)
     garbage = heard([1 - level for level in levels])
     assert readings(device, garbage, garbage) == []
-    device.step(2 * SECOND, [garbage])
+    for tenth in range(21):
+        device.step(tenth * SECOND // 10, [garbage])
     health = device.health(2 * SECOND)
     assert health.state is State.GARBLED
     assert "inverted, and need an RS-232 port or an inverter" in health.message

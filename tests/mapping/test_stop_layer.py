@@ -44,6 +44,13 @@ def test_what_is_too_close_stops() -> None:
     assert stops([told(0, Outcome.TOO_CLOSE)])
 
 
+def test_what_is_too_close_stops_however_far_a_ranger_must_see() -> None:
+    stop = StopLayer((replace(FRONT, nearest=0.7),), ZONE)
+    for reading in (*echoes(1.0, 0.85, 0.72), told(300, Outcome.TOO_CLOSE), told(400, Outcome.TOO_CLOSE)):
+        stop.take(reading)
+    assert stop.must_stop(400 * MS)
+
+
 @pytest.mark.parametrize("outcome", [Outcome.NO_ECHO, Outcome.INVALID])
 def test_neither_silence_nor_faults_stop_or_clear(outcome: Outcome) -> None:
     assert not stops([told(0, outcome)])

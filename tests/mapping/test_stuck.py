@@ -65,6 +65,14 @@ def test_echoes_that_change_are_never_stuck(distances: list[float], step: int) -
         assert watch.stuck() == {}
 
 
+def test_turns_that_only_listen_do_not_hide_it() -> None:
+    watch = StuckWatch()
+    for step in range(40):
+        listened = RangeReading(0, 0, "front", Outcome.NO_ECHO, listened=True)
+        watch.see(listened if step % 5 == 0 else echo(1.0), Pose(0.0, 0.0, 0.1 * step))
+    assert watch.stuck() == {"front": 1.0}
+
+
 def test_each_ranger_is_watched_by_itself() -> None:
     watch = StuckWatch()
     for step in range(40):

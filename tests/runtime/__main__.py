@@ -3,10 +3,10 @@
 make faults
 """
 
+from tests.runtime.device_trial import FaultCourse, course_of
 from tests.runtime.rangers import RANGERS, VERBS, Ranger
 
 from echogrid.emulation.errors import UnknownVerbError
-from echogrid.runtime.device_trial import FaultCourse, course_of
 
 
 def main() -> None:

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 
 from echogrid.drivers.device import State
 from echogrid.drivers.readings import Outcome
-from echogrid.runtime.device_trial import Subject
+
+from .device_trial import Subject
 
 WELL, FAULTY, SILENT, STALLED = State.WELL, State.FAULTY, State.SILENT, State.STALLED
 MISSING, GARBLED, CONFLICT, LOST = State.MISSING, State.GARBLED, State.CONFLICT, State.PORT_LOST

@@ -7,8 +7,8 @@ from echogrid.drivers.device import State
 from echogrid.drivers.readings import Outcome
 from echogrid.emulation import models
 from echogrid.emulation.errors import UnknownVerbError
-from echogrid.runtime.device_trial import Trial, course_of
 
+from .device_trial import Trial, course_of
 from .rangers import RANGERS, VERBS, Ranger
 
 COLD = 331.3
@@ -60,13 +60,23 @@ def test_in_air_colder_than_told_only_those_with_a_thermometer_are_right(ranger:
     trial = Trial(ranger.subject, distance, COLD)
     trial.run(2.0)
     expected = distance if ranger.thermometer else distance * TOLD / COLD
-    for reading in trial.run(2.0):
+    readings = trial.run(2.0)
+    assert readings
+    for reading in readings:
         assert reading.distance == pytest.approx(expected, abs=1.1 * ranger.resolution)
 
 
 FOLLOWS_S = 3.0
 """Every ranger is back so soon after every fault."""
-BY_TURNS = {State.WELL, State.MISSING, State.STALLED, State.FAULTY, State.SILENT, State.GARBLED}
+BY_TURNS = {
+    State.WELL,
+    State.SETTING_UP,
+    State.MISSING,
+    State.STALLED,
+    State.FAULTY,
+    State.SILENT,
+    State.GARBLED,
+}
 """How one may look that comes and goes."""
 LUCK = 0.5
 """Of what noise, or another device, brings so much at most looks like an echo."""

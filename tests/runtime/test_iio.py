@@ -24,11 +24,11 @@ from echogrid.emulation.devices.surroundings import Surroundings
 from echogrid.emulation.robot import BusSpec, EmulatedRobot, RangerSpec, RobotSpec
 from echogrid.emulation.scene import Echo
 from echogrid.runtime.acquisition import ThreadedAcquisition, device_reports
-from echogrid.runtime.device_trial import Subject, Trial, course_of
 from echogrid.runtime.pump import Pump
 from echogrid.runtime.reading_queue import ReadingQueue
 from echogrid.runtime.simulation import Simulation
 
+from .device_trial import Subject, Trial, course_of
 from .fakes import MS, SECOND, Parrot, ScriptedPort
 from .served import served
 

@@ -25,7 +25,8 @@ from echogrid.emulation.devices.surroundings import Surroundings
 from echogrid.emulation.robot import BusSpec, EmulatedRobot, RangerSpec, RobotSpec
 from echogrid.emulation.scene import Echo
 from echogrid.emulation.server import Server
-from echogrid.runtime.device_trial import Subject, Trial, course_of
+
+from .device_trial import Subject, Trial, course_of
 
 TOLD = speed_of_sound(20.0)
 """m/s, what the drivers are told of the air."""

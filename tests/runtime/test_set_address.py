@@ -1,4 +1,5 @@
 from collections.abc import Iterator
+from io import StringIO
 from pathlib import Path
 
 import pytest
@@ -32,7 +33,10 @@ def test_a_ranger_moves_to_another_address_and_that_is_proved(
     assert capsys.readouterr().out.splitlines()[1:] == ["  0x72  srf08", "  0x75  srf08"]
 
 
-def test_without_a_yes_nothing_is_changed(ring: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_yes_nothing_is_changed(
+    ring: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdin", StringIO())
     assert main(["set-address", "srf08", ring, "0x70", "0x75"]) == 1
     told = capsys.readouterr()
     assert "Is it the only one at 0x70?" in told.err
@@ -57,6 +61,7 @@ def test_nobody_at_the_present_address_is_told(ring: str, capsys: pytest.Capture
         (["a02yyuw", "port", "1", "2"], "'a02yyuw' can't be given an address by echogrid"),
         (["srf08", "port", "0x70", "0x10"], "address is 16: expected 112 to 127"),
         (["srf08", "port", "0x70", "here"], "'here' is no address"),
+        (["urm12", "port", "300", "5"], "address is 300: expected 1 to 247"),
     ],
 )
 def test_misuse_is_2_with_words(arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]) -> None:

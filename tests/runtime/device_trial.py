@@ -56,7 +56,7 @@ class Trial:
         """`speed_of_sound` is that of the emulated air; the driver is told 20 degC."""
         self.wall = Wall(distance)
         self.clock = JumpingClock(SECOND_NS)
-        config = lone_device.on_port(subject.driver, "port", subject.settings, {})
+        config = lone_device.on_port(subject.driver, "port", subject.settings)
         known = {option.name for option in fields(RANGERS[subject.driver].options)}
         shared = {key: value for key, value in subject.settings.items() if key in known}
         spec = RangerSpec(
