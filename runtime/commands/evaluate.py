@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def add(commands: "Commands") -> None:
     """Say what it takes."""
     parser = commands.add_parser(
-        "evaluate", help="measure the quality of maps and firing", description=__doc__
+        "evaluate", help="measure maps, firing and the emulated acoustics", description=__doc__
     )
     parser.add_argument(
         "--metres", type=length, default=60.0, help="how far to drive through the office (default: 60)"
@@ -26,9 +26,10 @@ def add(commands: "Commands") -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the tables; the exit code."""
-    from echogrid.runtime import crosstalk_check, evaluation
+    from echogrid.runtime import acoustics_check, crosstalk_check, evaluation
 
     maps = evaluation.tables(arguments.seed, arguments.metres, arguments.robond)
-    for line in chain(maps, [""], crosstalk_check.table(arguments.seed, arguments.metres)):
+    firing = crosstalk_check.table(arguments.seed, arguments.metres)
+    for line in chain(maps, [""], firing, [""], acoustics_check.table(seed=arguments.seed)):
         print(line, flush=True)
     return 0
