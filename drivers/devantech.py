@@ -1,15 +1,13 @@
 """What Devantech's rangers on I2C share: their registers, who is who, how long a ping takes, the address."""
 
 from abc import abstractmethod
-from collections.abc import Sequence
-from math import ceil
 from typing import ClassVar
 
+from echogrid.drivers import i2c_chip
 from echogrid.drivers.bus import I2cTransfer
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import State
 from echogrid.drivers.i2c_chip import Chip, fired
-from echogrid.drivers.limits import require_between
 from echogrid.drivers.make import MILLISECOND_NS, Answer, Fired, Make, Trouble
 from echogrid.drivers.role import RangerRole
 
@@ -23,8 +21,6 @@ FIRST_ADDRESS, LAST_ADDRESS = 0x70, 0x7F
 UNUSED = 0x80
 """What register 1 reads where nothing is behind it."""
 
-GATE_STEP = 0.043
-"""m of reach for each step of the range register."""
 GATE_SPEED = 343.0
 """m/s: what the data sheet's metres of the range register are counted in."""
 
@@ -41,29 +37,19 @@ RESOLUTION_NS = 1_000
 """The chips count microseconds."""
 
 
+def require_address(address: int) -> None:
+    """Raise ValueError for an address (7 bit) that they can't have."""
+    i2c_chip.require_address(address, FIRST_ADDRESS, LAST_ADDRESS)
+
+
 def address_change(address: int) -> tuple[bytes, ...]:
     """The messages that give a chip another address (7 bit), for good: each a transfer of its own.
 
     No other message may go to the chip in between, and no second one may hear them. Raises ValueError for an
     address that it can't have.
     """
-    require_between("address", address, FIRST_ADDRESS, LAST_ADDRESS)
+    require_address(address)
     return tuple(bytes((COMMAND, value)) for value in (0xA0, 0xAA, 0xA5, address << 1))
-
-
-def range_register(farthest: float, speed_of_sound: float) -> int:
-    """The least value with which the chip listens until an echo from `farthest` (m) is back.
-
-    Raises ValueError if there is none.
-    """
-    steps = ceil(farthest * GATE_SPEED / speed_of_sound / GATE_STEP)
-    require_between("farthest", farthest, 0.0, round(256 * GATE_STEP * speed_of_sound / GATE_SPEED, 2))
-    return max(steps, 1) - 1
-
-
-def gate_us(register: int) -> float:
-    """How long the chip listens."""
-    return (register + 1) * GATE_STEP * 2e6 / GATE_SPEED
 
 
 def ready(registers: bytes, count: int) -> bool:
@@ -74,12 +60,6 @@ def ready(registers: bytes, count: int) -> bool:
 def words(registers: bytes) -> tuple[int, ...]:
     """Pairs of registers, high byte first."""
     return tuple(int.from_bytes(registers[at : at + 2], "big") for at in range(0, len(registers) - 1, 2))
-
-
-def echoes_us(registers: bytes) -> tuple[int, ...]:
-    """Times of flight in the registers from 0 on, nearest first; a zero ends the list."""
-    times = words(registers[2:])
-    return times[: times.index(0)] if 0 in times else times
 
 
 def pulled_down(registers: bytes, before: bytes) -> bool:
@@ -118,10 +98,8 @@ class DevantechMake(Make[I2cTransfer]):
         second = first and (yield from self._chip.insisting.read(REVISION, 2))
         if trouble := self._trouble(first, second):
             return trouble
-        for register, value in self._settings:
-            result = yield from self._chip.insisting.write(register, value)
-            if result.errno:
-                return self._chip.missing()
+        if not (yield from self._set()):
+            return self._chip.missing()
         self._identity = first[: self.fixed]
         self._timely = False
         return None
@@ -145,6 +123,14 @@ class DevantechMake(Make[I2cTransfer]):
     def answer(self, data: bytes) -> Answer:
         """What the registers mean."""
         return self._mixed_up(data) or self._late(data) or self._heard(data)
+
+    def _set(self) -> Course[I2cTransfer, bool]:
+        """Write the settings; whether it took them."""
+        for register, value in self._settings:
+            result = yield from self._chip.insisting.write(register, value)
+            if result.errno:
+                return False
+        return True
 
     def _begun(self, ping: Fired) -> Fired:
         """Note when a ping began."""
@@ -215,32 +201,3 @@ class DevantechMake(Make[I2cTransfer]):
     @abstractmethod
     def _heard(self, data: bytes) -> Answer:
         """What the registers say of the ping, when nothing speaks against them."""
-
-
-class GatedMake(DevantechMake):
-    """One with a gain and a range to be set, which tells times of flight, one or several."""
-
-    def __init__(self, role: RangerRole, address: int, gain: int, echoes: int) -> None:
-        super().__init__(role, address, 2 + 2 * echoes)
-        register = range_register(role.farthest, role.speed_of_sound)
-        self._settings = ((GAIN, gain), (RANGE, register))
-        self._gate_us = gate_us(register)
-        self.ping_ns = round(self._gate_us * 1e3) + OVERHEAD_NS
-
-    def _command(self, listens: bool) -> int:
-        """It can't listen without a ping."""
-        del listens
-        return MICROSECONDS
-
-    def _heard(self, data: bytes) -> Answer:
-        times = echoes_us(data)
-        if list(times) != sorted(times):
-            said = f"echoes after {_listed(times)} us are out of order"
-            return Answer(doubt=f"{said}: two devices at one address?", state=State.CONFLICT)
-        if times and times[-1] > 1.1 * self._gate_us + 500:
-            return Answer(doubt=f"{times[-1]} us is longer than it listened")
-        return Answer(tuple(self._metres(time) for time in times))
-
-
-def _listed(times: Sequence[int]) -> str:
-    return ", ".join(str(time) for time in times)

@@ -5,12 +5,18 @@ from dataclasses import dataclass
 from echogrid.drivers.bus import I2cMessage, I2cTransfer, Result
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import State
+from echogrid.drivers.limits import require_between
 from echogrid.drivers.make import Fired, Trouble
 
 TRIES = 8
 """Of ten transfers seven may be disturbed: then a ping of six still comes about, mostly."""
 QUICK_NS = 5_000_000
 """No message is so long on the wire: an adapter that takes longer has waited for nobody."""
+
+
+def require_address(address: int, lowest: int = 0x08, highest: int = 0x77) -> None:
+    """Raise ValueError for an address (7 bit) that a chip can't have; the others are reserved on I2C."""
+    require_between("address", address, lowest, highest)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,8 +59,12 @@ class Chip:
 
     def take(self, count: int) -> Course[I2cTransfer, bytes]:
         """Read without naming a register; nothing when the chip does not acknowledge."""
-        result = yield from self._transfer(I2cMessage(self.address, read=count))
+        result = yield from self.receive(count)
         return b"" if result.errno else result.data
+
+    def receive(self, count: int) -> Course[I2cTransfer, Result[I2cTransfer]]:
+        """The same, with its times."""
+        return (yield from self._transfer(I2cMessage(self.address, read=count)))
 
     def read(self, register: int, count: int) -> Course[I2cTransfer, bytes]:
         """Read registers; nothing when the chip does not acknowledge.

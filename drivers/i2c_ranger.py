@@ -1,23 +1,17 @@
-"""What makes of rangers on I2C share which one message fires, and which know no general call."""
+"""What every driver of a ranger on I2C that pings when told to tells of itself."""
 
-from echogrid.drivers.bus import I2cTransfer
-from echogrid.drivers.course import Course
-from echogrid.drivers.i2c_chip import Chip, fired
-from echogrid.drivers.make import Fired, Make
+from collections.abc import Mapping
+from typing import ClassVar
+
+from echogrid.drivers.bus import I2cResult, I2cTransfer
+from echogrid.drivers.commanded import CommandedRanger
+from echogrid.drivers.device import Line
 
 
-class OneMessageMake(Make[I2cTransfer]):
-    """The half of a make that is alike in all of them."""
+class I2cRanger(CommandedRanger[I2cTransfer]):
+    """One ranger, known by its address; it adds its `Settings` and its make."""
 
-    def __init__(self, address: int, command: bytes, resolution_ns: int) -> None:
-        """`command` fires the ranger at that 7-bit address; `resolution_ns` is how finely it tells times."""
-        self._chip = Chip(address)
-        self.where = self._chip.where
-        self.idle = self._chip.idle
-        self._command = command
-        self._resolution_ns = resolution_ns
-
-    def fire(self, listens: bool) -> Course[I2cTransfer, Fired]:
-        """Start a ping; none of them can listen without one."""
-        del listens
-        return fired((yield from self._chip.insisting.send(self._command)), self._resolution_ns)
+    bus: ClassVar[str] = "i2c"
+    line: ClassVar[type[Line[I2cResult, I2cTransfer]]] = Line
+    identity: ClassVar[str] = "address"
+    port_options: ClassVar[Mapping[str, object]] = {}

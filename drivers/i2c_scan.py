@@ -1,25 +1,27 @@
-"""Which rangers are on an I2C bus, by what their registers say: nothing is commanded, and nothing changed."""
+"""Which rangers are on an I2C bus, by what their registers say: nothing is commanded, and nothing changed.
+
+To read a register its number has to be written. Where rangers are, so are multiplexers (PCA954x, TCA954x),
+and these take any byte that is written for the channels to switch on. So nothing is written there before it
+has been read as it is: a multiplexer says its channels, in every byte the same.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from echogrid.drivers.bus import I2cTransfer
 from echogrid.drivers.course import Course
+from echogrid.drivers.devantech import FIRST_ADDRESS, LAST_ADDRESS, UNUSED
 from echogrid.drivers.i2c_chip import Chip
 
 LOOKED_AT = 6
 """Registers from 0 on."""
-DEVANTECH = range(0x70, 0x80)
+DEVANTECH = range(FIRST_ADDRESS, LAST_ADDRESS + 1)
 URM09, URM13, RCWL9620 = 0x11, 0x12, 0x57
 RANGERS = (URM09, URM13, RCWL9620, *DEVANTECH)
 """Where rangers are: only there a register is named, which writes a byte."""
 OTHERS = tuple(address for address in range(0x08, 0x78) if address not in RANGERS)
 SECOND_LOOK = 2
 """The register from which it is read once more. Not 1: that byte fires an RCWL-9620."""
-UNUSED = 0x80
-"""What register 1 of an SRF02 or SRF10 reads."""
-BRIGHTEST = 248
-"""The most that an SRF08's light sensor reads there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,28 +52,32 @@ def look_round(addresses: tuple[int, ...]) -> Course[I2cTransfer, tuple[Sighting
 
 
 def _look(address: int) -> Course[I2cTransfer, Sighting | None]:
-    chip = Chip(address)
+    chip, unknown = Chip(address), Sighting(address, b"", False)
     if address not in RANGERS:
-        return Sighting(address, b"", False) if (yield from chip.take(1)) else None
-    registers = yield from chip.read(0, LOOKED_AT)
+        return unknown if (yield from chip.take(1)) else None
+    if address in DEVANTECH:
+        unasked = yield from chip.take(LOOKED_AT)
+        if not unasked:
+            return None
+        if len(set(unasked)) == 1 and any(unasked):
+            return unknown
+    registers = yield from chip.read(0, LOOKED_AT)  # Of a multiplexer it switches off what is off already.
     if not registers:
         return None
+    if not any(registers):
+        return unknown
     second = yield from chip.read(SECOND_LOOK, 2)
     told = registers[SECOND_LOOK : SECOND_LOOK + 2]
     return Sighting(address, registers, second == told and second != registers[:2])
 
 
 def _is_devantech(sighting: Sighting) -> bool:
+    """Any of them may be an SRF08: its light may be just what is read in the others' unused register."""
     return sighting.address in DEVANTECH and sighting.has_registers and _revised(sighting)
 
 
 def _is_srf02_or_srf10(sighting: Sighting) -> bool:
     return _is_devantech(sighting) and sighting.registers[1] == UNUSED
-
-
-def _is_srf08(sighting: Sighting) -> bool:
-    """Its light may be just what is read in the others' unused register."""
-    return _is_devantech(sighting) and sighting.registers[1] <= BRIGHTEST
 
 
 def _revised(sighting: Sighting) -> bool:
@@ -90,7 +96,7 @@ def _urm(identity: int) -> Callable[[Sighting], bool]:
 _FITS: Mapping[str, Callable[[Sighting], bool]] = {
     "srf02": _is_srf02_or_srf10,
     "srf10": _is_srf02_or_srf10,
-    "srf08": _is_srf08,
+    "srf08": _is_devantech,
     "i2cxl": lambda sighting: sighting.address in DEVANTECH and not sighting.has_registers,
     "urm09": _urm(0x01),
     "urm13-i2c": _urm(0x02),

@@ -1,16 +1,14 @@
 """MaxBotix I2CXL-MaxSonar: a ranger on I2C without registers, fired by a byte and read as two."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
-from echogrid.drivers.bus import I2cResult, I2cTransfer
-from echogrid.drivers.commanded import CommandedRanger
+from echogrid.drivers.bus import I2cTransfer
 from echogrid.drivers.course import Course
-from echogrid.drivers.device import Line
-from echogrid.drivers.i2c_ranger import OneMessageMake
+from echogrid.drivers.i2c_chip import require_address
+from echogrid.drivers.i2c_ranger import I2cRanger
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.make import MILLISECOND_NS, Answer, Trouble
+from echogrid.drivers.one_message import OneMessageMake
 from echogrid.drivers.role import RangerRole
 
 FIRE = b"\x51"
@@ -36,7 +34,7 @@ def address_change(address: int) -> bytes:
 
     Raises ValueError for one that it would refuse without a word.
     """
-    require_between("address", address, 0x08, 0x77)
+    require_address(address)
     if 2 * address in REFUSED:
         raise ValueError(f"an I2CXL refuses the address {address:#04x} (7 bit): choose another")
     return UNLOCK + bytes((2 * address,))
@@ -84,13 +82,8 @@ class I2cxlMake(OneMessageMake):
         return Answer((value * self._metres,), nearest=self._nearest)
 
 
-class I2cxl(CommandedRanger[I2cTransfer]):
+class I2cxl(I2cRanger):
     """One I2CXL-MaxSonar."""
-
-    bus: ClassVar[str] = "i2c"
-    line: ClassVar[type[Line[I2cResult, I2cTransfer]]] = Line
-    identity: ClassVar[str] = "address"
-    port_options: ClassVar[Mapping[str, object]] = {}
 
     @dataclass(frozen=True, slots=True)
     class Settings:
@@ -106,7 +99,7 @@ class I2cxl(CommandedRanger[I2cTransfer]):
         """With which it makes centimetres of times; 0: it measures the temperature, and they are true."""
 
         def __post_init__(self) -> None:
-            require_between("address", self.address, 0x08, 0x7F)
+            require_address(self.address, highest=0x7F)
             require_between("minimum_cm", self.minimum_cm, 1, 100)
             require_between("no_echo_cm", self.no_echo_cm, 0, 0x7FFF)
             if self.speed_of_sound_m_s:

@@ -14,8 +14,9 @@ from echogrid.drivers.course import Course
 from echogrid.drivers.device import Line, State
 from echogrid.drivers.iio_kernel import (
     KERNEL_DRIVERS,
-    SRF04,
+    SLOWEST,
     Failure,
+    KernelDriver,
     failure_of,
     kernel_driver,
     raw_of,
@@ -31,8 +32,6 @@ NAME, RAW, SCALE = "name", "in_distance_raw", "in_distance_scale"
 FIRED_WITHIN_NS = 1 * MILLISECOND_NS
 """From the beginning of the read: the trigger's 10 us and the ranger's hold-off (0.75 ms with a PING))), or
 three bytes on I2C."""
-PING_NS = 40 * MILLISECOND_NS
-"""The kernel waits so long for an HC-SR04 that hears nothing, and for an SRF08."""
 ENDLESS_NS = 250 * MILLISECOND_NS
 """To rest after a pulse that the kernel did not see the end of: those of some clones, when they hear nothing,
 last for 0.2 s, and a trigger meanwhile does nothing."""
@@ -45,7 +44,6 @@ SHOWN = 20
 class IioMake(Make[IioRead]):
     """The files of one ranger. What the kernel's driver is called tells how its numbers are to be taken."""
 
-    ping_ns = PING_NS
     patience_ns = 0
 
     def __init__(self, role: RangerRole, settings: "Iio.Settings") -> None:
@@ -53,9 +51,9 @@ class IioMake(Make[IioRead]):
         self.idle = IioRead(settings.device, NAME)
         self._settings = settings
         self._speed_of_sound = role.speed_of_sound
-        self._kernel = SRF04
+        self._kernel = settings.planned
         self._metres = 0.001
-        self.rest_ns = SRF04.rest_ns
+        self.ping_ns, self.rest_ns = self._kernel.ping_ns, self._kernel.rest_ns
 
     def set_up(self) -> Course[IioRead, Trouble | None]:
         """Look whether it is there, and whether it is a ranger."""
@@ -63,9 +61,12 @@ class IioMake(Make[IioRead]):
         if name.errno:
             return self._unreadable(name.errno)
         scale = yield from self._read(SCALE)
-        kernel, metres = kernel_driver(name.data), scale_of(scale.data)
+        found = name.data.strip()[:SHOWN].decode("ascii", "replace")
+        kernel, metres = kernel_driver(found), scale_of(scale.data)
         if kernel is None or metres is None:
-            return self._no_ranger(name.data)
+            return self._no_ranger(found)
+        if self._settings.kernel_driver and kernel is not self._settings.planned:
+            return self._another(found)
         own_speed = self._settings.speed_of_sound_m_s or kernel.speed_of_sound
         self._kernel, self.rest_ns = kernel, kernel.rest_ns
         self._metres = metres * self._speed_of_sound / own_speed
@@ -136,8 +137,11 @@ class IioMake(Make[IioRead]):
             return Trouble(State.MISSING, f"no {self.where}: is its kernel driver loaded? (see: {look})")
         return Trouble(State.MISSING, f"{self.where}: cannot be read ({errorcode.get(errno, errno)})")
 
-    def _no_ranger(self, name: bytes) -> Trouble:
-        found = name.strip()[:SHOWN].decode("ascii", "replace")
+    def _another(self, found: str) -> Trouble:
+        said = f"{self.where} is a {found!r}, not a {self._settings.kernel_driver!r}"
+        return Trouble(State.WRONG_DEVICE, f"{said}: set kernel_driver, by which it is planned when to fire")
+
+    def _no_ranger(self, found: str) -> Trouble:
         known = ", ".join(KERNEL_DRIVERS)
         return Trouble(State.WRONG_DEVICE, f"{self.where} is a {found!r}, no ultrasonic ranger ({known})")
 
@@ -156,6 +160,9 @@ class Iio(CommandedRanger[IioRead]):
 
         device: str = "srf04"
         """Its folder, its label, its kernel driver, or what it hangs on: a name that only it has."""
+        kernel_driver: str = ""
+        """Its kernel driver's name: for how long it is planned to ping and to rest. By default what `device`
+        says, if that is one, or the slowest."""
         no_echo_raw: int | None = None
         """From this raw value on nothing was heard; by default as the kernel's driver is known to mean it."""
         no_echo_errors: tuple[str, ...] | None = None
@@ -166,6 +173,9 @@ class Iio(CommandedRanger[IioRead]):
         def __post_init__(self) -> None:
             if not self.device or "/" in self.device:
                 raise ValueError(f"device is {self.device!r}: expected a name, without a folder")
+            if self.kernel_driver and kernel_driver(self.kernel_driver) is None:
+                known = ", ".join(KERNEL_DRIVERS)
+                raise ValueError(f"kernel_driver is {self.kernel_driver!r}: expected one of {known}")
             if self.no_echo_raw is not None:
                 require_between("no_echo_raw", self.no_echo_raw, 1, 1_000_000)
             for name in self.no_echo_errors or ():
@@ -173,6 +183,11 @@ class Iio(CommandedRanger[IioRead]):
                     raise ValueError(f"no_echo_errors has {name!r}: expected names such as EIO, ETIMEDOUT")
             if self.speed_of_sound_m_s is not None:
                 require_between("speed_of_sound_m_s", self.speed_of_sound_m_s, 300.0, 400.0)
+
+        @property
+        def planned(self) -> KernelDriver:
+            """What is known of it before it has said its name."""
+            return kernel_driver(self.kernel_driver or self.device) or SLOWEST
 
     def __init__(self, role: RangerRole, settings: Settings) -> None:
         super().__init__(role, IioMake(role, settings))

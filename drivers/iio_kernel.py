@@ -36,6 +36,8 @@ class KernelDriver:
     zero_is_silence: bool = False
     least_raw: int = 0
     """It says so of all that is as near or nearer; 0: it has no such value."""
+    ping_ns: int = 40 * MILLISECOND_NS
+    """For how long a read blocks when nothing is heard."""
     rest_ns: int = 58 * MILLISECOND_NS
     """From a ping to the next: the makers' 60 ms, less the lateness of a turn."""
 
@@ -44,11 +46,20 @@ PULSE_TOO_LONG = ("EIO", "ETIMEDOUT")
 SRF04 = KernelDriver(343.5, 6000, 6945, times_pulses=True, no_echo_errors=PULSE_TOO_LONG)
 """A ranger that hears nothing ends its pulse after 36 ms (SRF04) or 38 ms (HC-SR04), 6.18 or 6.53 m, or so
 late that the kernel gives up: beyond 40.44 ms with EIO, beyond 50 ms with ETIMEDOUT."""
-PING = KernelDriver(343.5, 3000, 3177, times_pulses=True, no_echo_errors=PULSE_TOO_LONG)
+PING = KernelDriver(
+    343.5, 3000, 3177, times_pulses=True, no_echo_errors=PULSE_TOO_LONG, ping_ns=20 * MILLISECOND_NS
+)
 """Its longest pulse is 18.5 ms, and that is the kernel's limit, too."""
 SRF = KernelDriver(343.0, 1102, 1101, times_pulses=False, zero_is_silence=True)
-MAXBOTIX = KernelDriver(344.8, 765, 765, times_pulses=False, least_raw=20, rest_ns=98 * MILLISECOND_NS)
+MAXBOTIX = KernelDriver(
+    *(344.8, 765, 765),
+    times_pulses=False,
+    least_raw=20,
+    ping_ns=80 * MILLISECOND_NS,
+    rest_ns=98 * MILLISECOND_NS,
+)
 """I2CXL: 58 us a centimetre, 100 ms from ping to ping."""
+SLOWEST = MAXBOTIX
 
 KERNEL_DRIVERS: Mapping[str, KernelDriver] = {
     "srf04": SRF04,
@@ -59,9 +70,9 @@ KERNEL_DRIVERS: Mapping[str, KernelDriver] = {
 """By the `name` of their devices."""
 
 
-def kernel_driver(name: bytes) -> KernelDriver | None:
+def kernel_driver(name: str) -> KernelDriver | None:
     """The driver that says this name; None if it is not one of an ultrasonic ranger."""
-    return KERNEL_DRIVERS.get(name.decode("ascii", "replace").strip().removeprefix(MAKER))
+    return KERNEL_DRIVERS.get(name.strip().removeprefix(MAKER))
 
 
 def scale_of(text: bytes) -> float | None:

@@ -88,6 +88,10 @@ class Make(ABC, Generic[Transfer]):
     def answer(self, data: bytes) -> Answer:
         """What the answer means."""
 
+    def meanwhile(self) -> Course[Transfer, None]:
+        """What is to be done while it pings; nothing, with most."""
+        yield from ()
+
     def fire_all(self) -> Course[Transfer, Fired]:
         """Start a ping of all of the make on the bus; asked of those which obey a general call."""
         return (yield from self.fire(listens=False))

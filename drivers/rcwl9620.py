@@ -1,16 +1,14 @@
 """RCWL-9600 and RCWL-9620 on I2C (M5Stack, Grove): fired by a byte, read as three, in micrometres."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
-from echogrid.drivers.bus import I2cResult, I2cTransfer
-from echogrid.drivers.commanded import CommandedRanger
+from echogrid.drivers.bus import I2cTransfer
 from echogrid.drivers.course import Course
-from echogrid.drivers.device import Line
-from echogrid.drivers.i2c_ranger import OneMessageMake
+from echogrid.drivers.i2c_chip import require_address
+from echogrid.drivers.i2c_ranger import I2cRanger
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.make import MILLISECOND_NS, Answer, Trouble
+from echogrid.drivers.one_message import OneMessageMake
 from echogrid.drivers.role import RangerRole
 
 FIRE = b"\x01"
@@ -65,13 +63,8 @@ class Rcwl9620Make(OneMessageMake):
         return Answer((value * self._scale,), nearest=NEAREST)
 
 
-class Rcwl9620(CommandedRanger[I2cTransfer]):
+class Rcwl9620(I2cRanger):
     """One RCWL-9600 or RCWL-9620."""
-
-    bus: ClassVar[str] = "i2c"
-    line: ClassVar[type[Line[I2cResult, I2cTransfer]]] = Line
-    identity: ClassVar[str] = "address"
-    port_options: ClassVar[Mapping[str, object]] = {}
 
     @dataclass(frozen=True, slots=True)
     class Settings:
@@ -83,7 +76,7 @@ class Rcwl9620(CommandedRanger[I2cTransfer]):
         """With which it makes lengths of times."""
 
         def __post_init__(self) -> None:
-            require_between("address", self.address, 0x08, 0x77)
+            require_address(self.address)
             require_between("speed_of_sound_m_s", self.speed_of_sound_m_s, 300.0, 400.0)
 
     def __init__(self, role: RangerRole, settings: Settings) -> None:

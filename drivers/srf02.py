@@ -1,21 +1,19 @@
 """Devantech SRF02 on I2C: one capsule for both ways, whose dead zone shrinks in its first pings."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from echogrid.drivers.bus import I2cResult, I2cTransfer
-from echogrid.drivers.commanded import CommandedRanger
 from echogrid.drivers.devantech import (
     FIRST_ADDRESS,
     FULL_PING_NS,
-    LAST_ADDRESS,
     MICROSECONDS,
     OVERHEAD_NS,
     DevantechMake,
+    require_address,
     words,
 )
-from echogrid.drivers.device import Line, State
+from echogrid.drivers.device import State
+from echogrid.drivers.i2c_ranger import I2cRanger
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.make import MILLISECOND_NS, Answer
 from echogrid.drivers.role import RangerRole
@@ -56,13 +54,8 @@ class Srf02Make(DevantechMake):
         return Answer((self._metres(flight),) if flight else (), nearest=self._metres(minimum + 1))
 
 
-class Srf02(CommandedRanger[I2cTransfer]):
+class Srf02(I2cRanger):
     """One SRF02 in its I2C mode."""
-
-    bus: ClassVar[str] = "i2c"
-    line: ClassVar[type[Line[I2cResult, I2cTransfer]]] = Line
-    identity: ClassVar[str] = "address"
-    port_options: ClassVar[Mapping[str, object]] = {}
 
     @dataclass(frozen=True, slots=True)
     class Settings:
@@ -72,7 +65,7 @@ class Srf02(CommandedRanger[I2cTransfer]):
         """7 bit."""
 
         def __post_init__(self) -> None:
-            require_between("address", self.address, FIRST_ADDRESS, LAST_ADDRESS)
+            require_address(self.address)
 
     def __init__(self, role: RangerRole, settings: Settings) -> None:
         super().__init__(role, Srf02Make(role, settings))

@@ -1,29 +1,25 @@
 """Devantech SRF08: a ranger on I2C which pings when it is told to, and tells up to seventeen echoes."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from echogrid.drivers.bus import I2cResult, I2cTransfer, Result
-from echogrid.drivers.commanded import CommandedRanger
+from echogrid.drivers.bus import I2cTransfer, Result
 from echogrid.drivers.course import Course
 from echogrid.drivers.devantech import (
     COMMAND,
     FIRST_ADDRESS,
-    LAST_ADDRESS,
     MICROSECONDS,
     RESOLUTION_NS,
     UNUSED,
-    GatedMake,
+    require_address,
 )
-from echogrid.drivers.device import Line
+from echogrid.drivers.devantech_gated import GatedMake
 from echogrid.drivers.i2c_chip import GENERAL_CALL, fired, overheard
+from echogrid.drivers.i2c_ranger import I2cRanger
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.make import Fired
 from echogrid.drivers.role import RangerRole
 
-BRIGHTEST = 248
-"""The most that the light sensor in register 1 reads."""
 HIGHEST_GAIN = 31
 MOST_ECHOES = 17
 
@@ -50,19 +46,16 @@ class Srf08Make(GatedMake):
         return ping and self._begun(ping)
 
     def _fits(self, register: int) -> bool:
-        return register <= BRIGHTEST
+        """Any light may be; one of its kin shows by how long it pings."""
+        del register
+        return True
 
     def _may_be_kin(self, register: int) -> bool:
         return register == UNUSED
 
 
-class Srf08(CommandedRanger[I2cTransfer]):
+class Srf08(I2cRanger):
     """One SRF08."""
-
-    bus: ClassVar[str] = "i2c"
-    line: ClassVar[type[Line[I2cResult, I2cTransfer]]] = Line
-    identity: ClassVar[str] = "address"
-    port_options: ClassVar[Mapping[str, object]] = {}
 
     @dataclass(frozen=True, slots=True)
     class Settings:
@@ -76,7 +69,7 @@ class Srf08(CommandedRanger[I2cTransfer]):
         """How many are read of each ping: the second and later ones cost 0.2 ms each on the bus."""
 
         def __post_init__(self) -> None:
-            require_between("address", self.address, FIRST_ADDRESS, LAST_ADDRESS)
+            require_address(self.address)
             require_between("gain", self.gain, 0, HIGHEST_GAIN)
             require_between("echoes", self.echoes, 1, MOST_ECHOES)
 

@@ -1,13 +1,10 @@
 """Devantech SRF10: the smallest ranger on I2C; an SRF08 with one echo, other gains and no light sensor."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
-from echogrid.drivers.bus import I2cResult, I2cTransfer
-from echogrid.drivers.commanded import CommandedRanger
-from echogrid.drivers.devantech import FIRST_ADDRESS, LAST_ADDRESS, GatedMake
-from echogrid.drivers.device import Line
+from echogrid.drivers.devantech import FIRST_ADDRESS, require_address
+from echogrid.drivers.devantech_gated import GatedMake
+from echogrid.drivers.i2c_ranger import I2cRanger
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.role import RangerRole
 
@@ -24,13 +21,8 @@ class Srf10Make(GatedMake):
         super().__init__(role, settings.address, settings.gain, echoes=1)
 
 
-class Srf10(CommandedRanger[I2cTransfer]):
+class Srf10(I2cRanger):
     """One SRF10."""
-
-    bus: ClassVar[str] = "i2c"
-    line: ClassVar[type[Line[I2cResult, I2cTransfer]]] = Line
-    identity: ClassVar[str] = "address"
-    port_options: ClassVar[Mapping[str, object]] = {}
 
     @dataclass(frozen=True, slots=True)
     class Settings:
@@ -42,7 +34,7 @@ class Srf10(CommandedRanger[I2cTransfer]):
         """The step at which its rising amplification stops."""
 
         def __post_init__(self) -> None:
-            require_between("address", self.address, FIRST_ADDRESS, LAST_ADDRESS)
+            require_address(self.address)
             require_between("gain", self.gain, 0, HIGHEST_GAIN)
 
     def __init__(self, role: RangerRole, settings: Settings) -> None:

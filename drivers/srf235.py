@@ -4,21 +4,17 @@ A smooth surface more than 8 or 9 degrees off the square sends the beam elsewher
 that it hears nothing does not mean that nothing is there.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
-from echogrid.drivers.bus import I2cResult, I2cTransfer
-from echogrid.drivers.commanded import CommandedRanger
 from echogrid.drivers.devantech import (
     FIRST_ADDRESS,
     GATE_SPEED,
-    LAST_ADDRESS,
     MICROSECONDS,
     DevantechMake,
+    require_address,
     words,
 )
-from echogrid.drivers.device import Line
+from echogrid.drivers.i2c_ranger import I2cRanger
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.make import MILLISECOND_NS, Answer
 from echogrid.drivers.role import RangerRole
@@ -67,13 +63,8 @@ class Srf235Make(DevantechMake):
         return Answer((self._metres(time_us),) if count else ())
 
 
-class Srf235(CommandedRanger[I2cTransfer]):
+class Srf235(I2cRanger):
     """One SRF235."""
-
-    bus: ClassVar[str] = "i2c"
-    line: ClassVar[type[Line[I2cResult, I2cTransfer]]] = Line
-    identity: ClassVar[str] = "address"
-    port_options: ClassVar[Mapping[str, object]] = {}
 
     @dataclass(frozen=True, slots=True)
     class Settings:
@@ -87,7 +78,7 @@ class Srf235(CommandedRanger[I2cTransfer]):
         """The unit of its answer to 0x51: centimetres or millimetres."""
 
         def __post_init__(self) -> None:
-            require_between("address", self.address, FIRST_ADDRESS, LAST_ADDRESS)
+            require_address(self.address)
             require_between("command", self.command, OWN_UNIT, MICROSECONDS)
             require_between("unit_mm", self.unit_mm, 1.0, 10.0)
 

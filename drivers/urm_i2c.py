@@ -3,22 +3,21 @@
 Their distances are true in any air: they measure the temperature and reckon with it.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import Protocol
 
-from echogrid.drivers.bus import I2cResult, I2cTransfer
-from echogrid.drivers.commanded import CommandedRanger
+from echogrid.drivers.bus import I2cTransfer
 from echogrid.drivers.course import Course
-from echogrid.drivers.device import Line, State
-from echogrid.drivers.i2c_ranger import OneMessageMake
+from echogrid.drivers.device import State
+from echogrid.drivers.i2c_chip import require_address
+from echogrid.drivers.i2c_ranger import I2cRanger
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.make import MILLISECOND_NS, Answer, Trouble
+from echogrid.drivers.one_message import OneMessageMake
 from echogrid.drivers.role import RangerRole
 
 ADDRESS = 0x00
 """The first register: address, product, version, distance in cm (high byte first), and so on."""
-FIRST_ADDRESS, LAST_ADDRESS = 0x08, 0x77
 MEASURE = 0x01
 NOTHING_CM = 0xFFFF
 PING_NS = 100 * MILLISECOND_NS
@@ -73,7 +72,7 @@ def address_change(address: int) -> bytes:
 
     Raises ValueError for an address that it can't have.
     """
-    require_between("address", address, FIRST_ADDRESS, LAST_ADDRESS)
+    require_address(address)
     return bytes((ADDRESS, address))
 
 
@@ -162,13 +161,8 @@ class UrmMake(OneMessageMake):
         )
 
 
-class Urm09(CommandedRanger[I2cTransfer]):
+class Urm09(I2cRanger):
     """One URM09."""
-
-    bus: ClassVar[str] = "i2c"
-    line: ClassVar[type[Line[I2cResult, I2cTransfer]]] = Line
-    identity: ClassVar[str] = "address"
-    port_options: ClassVar[Mapping[str, object]] = {}
 
     @dataclass(frozen=True, slots=True)
     class Settings:
@@ -186,13 +180,8 @@ class Urm09(CommandedRanger[I2cTransfer]):
         super().__init__(role, UrmMake(role, settings, URM09))
 
 
-class Urm13I2c(CommandedRanger[I2cTransfer]):
+class Urm13I2c(I2cRanger):
     """One URM13 in its I2C mode."""
-
-    bus: ClassVar[str] = "i2c"
-    line: ClassVar[type[Line[I2cResult, I2cTransfer]]] = Line
-    identity: ClassVar[str] = "address"
-    port_options: ClassVar[Mapping[str, object]] = {}
 
     @dataclass(frozen=True, slots=True)
     class Settings:
@@ -212,6 +201,6 @@ class Urm13I2c(CommandedRanger[I2cTransfer]):
 
 def _require_possible(settings: Settings) -> None:
     """Raise ValueError, naming the key, for what can't be."""
-    require_between("address", settings.address, FIRST_ADDRESS, LAST_ADDRESS)
+    require_address(settings.address)
     for code in settings.no_echo_cm:
         require_between("no_echo_cm", code, 0, 0xFFFF)

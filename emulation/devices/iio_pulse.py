@@ -82,7 +82,8 @@ class IioPulseRanger(IioDevice):
     def _pulse_ns(self) -> int:
         if "garbage" in self.faults:
             return self.sonar.random.randrange(_NOISE_NS)
-        distance = self.sonar.first(self._pulses.reach)
+        listened = self.sonar.speed_of_sound * self._no_echo_ns / 2e9
+        distance = self.sonar.first(min(self._pulses.reach, listened))
         if distance is None:
             return self._no_echo_ns
         return max(round(2e9 * distance / self.sonar.speed_of_sound), self._pulses.shortest_ns)

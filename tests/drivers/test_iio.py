@@ -10,6 +10,7 @@ from pytest import approx, mark, raises
 from echogrid.drivers.bus import IioRead, IioResult
 from echogrid.drivers.device import Line, State
 from echogrid.drivers.iio import ENDLESS_NS, FIRED_WITHIN_NS, Iio
+from echogrid.drivers.iio_kernel import KERNEL_DRIVERS
 from echogrid.drivers.readings import Outcome, RangeReading, Reading
 from echogrid.drivers.role import RangerRole, Slot
 
@@ -234,6 +235,45 @@ def test_it_never_pings_sooner_than_its_maker_allows(name: bytes, rest_ms: int, 
     assert all(later - first >= rest_ms * MS for first, later in pairwise(bench.fired_ns))
 
 
+@mark.parametrize(
+    ("settings", "ping_ms", "rest_ms"),
+    [
+        (Iio.Settings("srf04"), 40, 58),
+        (Iio.Settings("ping"), 20, 58),
+        (Iio.Settings("maxbotix-mb1232"), 80, 98),
+        (Iio.Settings("front"), 80, 98),
+        (Iio.Settings("front", kernel_driver="srf04"), 40, 58),
+        (Iio.Settings("srf04", kernel_driver="mb1232"), 80, 98),
+    ],
+)
+def test_it_is_planned_as_its_settings_say_or_as_the_slowest(
+    settings: Iio.Settings, ping_ms: int, rest_ms: int
+) -> None:
+    pace = Iio(ROLE, settings).pace(0)
+    assert (pace.ping_ns, pace.rest_ns, pace.holds_bus) == (ping_ms * MS, rest_ms * MS, True)
+
+
+@given(sampled_from(sorted(KERNEL_DRIVERS)))
+def test_what_is_not_told_is_never_planned_quicker_than_it_turns_out(name: str) -> None:
+    planned, known = Iio(ROLE, Iio.Settings("front")).pace(0), KERNEL_DRIVERS[name]
+    assert planned.ping_ns >= known.ping_ns
+    assert planned.rest_ns >= known.rest_ns
+
+
+def test_another_kernel_driver_than_was_told_is_a_wrong_device() -> None:
+    bench = Bench(b"maxbotix-mb1232\n", b"0.010000\n", Iio.Settings("front", kernel_driver="srf04"))
+    bench.run(300 * MS)
+    assert bench.state is State.WRONG_DEVICE
+    assert "is a 'maxbotix-mb1232', not a 'srf04': set kernel_driver" in bench.message
+    assert bench.fired_ns == []
+
+
+def test_the_kernel_driver_that_was_told_may_be_named_without_its_maker() -> None:
+    bench = Bench(b"maxbotix-mb1232\n", b"0.010000\n", Iio.Settings("front", kernel_driver="mb1232"))
+    bench.said = b"150\n", 0, 80
+    assert bench.run(300 * MS).state is State.WELL
+
+
 def test_without_a_slot_it_pings_about_ten_times_a_second() -> None:
     bench = Bench(role=RangerRole("front", 0.05, 4.0, None, SPEED)).run(2000 * MS)
     assert 18 <= len(bench.fired_ns) <= 21
@@ -321,6 +361,7 @@ def test_two_share_a_line() -> None:
     [
         ({"device": ""}, "device is ''"),
         ({"device": "../in"}, "device is '../in': expected a name, without a folder"),
+        ({"kernel_driver": "hc-sr04"}, "kernel_driver is 'hc-sr04': expected one of srf04, ping,"),
         ({"no_echo_raw": 0}, "no_echo_raw is 0: expected 1 to 1000000"),
         (
             {"no_echo_errors": ("EIO", "ETIMEOUT")},

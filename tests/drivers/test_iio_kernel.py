@@ -30,18 +30,18 @@ def read(data: bytes = b"", errno: int = 0, after_ms: float = 10.0) -> Result[Ii
 @mark.parametrize(
     ("name", "known"),
     [
-        (b"srf04\n", SRF04),
-        (b"ping\n", PING),
-        (b"srf08\n", SRF),
-        (b"maxbotix-mb1232\n", MAXBOTIX),
-        (b"mb7137\n", MAXBOTIX),
-        (b"bme280\n", None),
-        (b"vl53l0x\n", None),
-        (b"\xff", None),
-        (b"", None),
+        ("srf04\n", SRF04),
+        ("ping\n", PING),
+        ("srf08\n", SRF),
+        ("maxbotix-mb1232\n", MAXBOTIX),
+        ("mb7137\n", MAXBOTIX),
+        ("bme280\n", None),
+        ("vl53l0x\n", None),
+        ("\ufffd", None),
+        ("", None),
     ],
 )
-def test_a_kernel_driver_is_known_by_its_name(name: bytes, known: object) -> None:
+def test_a_kernel_driver_is_known_by_its_name(name: str, known: object) -> None:
     assert kernel_driver(name) is known
 
 

@@ -13,23 +13,27 @@ from echogrid.drivers.bus import I2cMessage, I2cResult, I2cTransfer
 from echogrid.drivers.devantech import (
     PATIENCE_NS,
     address_change,
-    echoes_us,
-    gate_us,
     pulled_down,
-    range_register,
     ready,
 )
+from echogrid.drivers.devantech_gated import echoes_us, gate_us, range_register
 from echogrid.drivers.device import Level, Line, State
 from echogrid.drivers.readings import Outcome, RangeReading, Reading
 from echogrid.drivers.role import Call, RangerRole, Slot
 from echogrid.drivers.srf08 import Srf08
+from echogrid.emulation.devices.sonar import Sonar
 from echogrid.emulation.devices.srf02 import Srf02Chip
 from echogrid.emulation.devices.srf08 import Srf08Chip, Srf08Options
+from echogrid.emulation.devices.srf235 import Srf235Chip
+from echogrid.emulation.devices.surroundings import Surroundings
+from echogrid.emulation.scene import Echo
 
 from .i2c_bench import BUSY, MS, SPEED, TRANSFER_NS, Bench, Joined, room
 
 SLOT = Slot(200 * MS, 30 * MS)
 ROLE = RangerRole("left", 0.05, 3.0, SLOT, SPEED)
+PING_NS = 18 * MS
+"""With the range register at 3 m."""
 SET_UP = [b"\x00", b"\x00", b"\x01\x1f", b"\x02\x45", b"\x00\x52"]
 """Both looks, the highest gain, 3 m, and the first ping."""
 
@@ -39,7 +43,9 @@ def echo(*microseconds: int) -> bytes:
 
 
 def bench(role: RangerRole = ROLE, settings: Srf08.Settings | None = None) -> Bench:
-    return Bench(Srf08(role, settings or Srf08.Settings()), echo(0))
+    play = Bench(Srf08(role, settings or Srf08.Settings()), echo(0))
+    play.ping_ns = PING_NS
+    return play
 
 
 def test_the_range_register_of_the_data_sheet() -> None:
@@ -57,8 +63,21 @@ def test_the_chip_listens_until_the_farthest_echo_is_back_and_hardly_longer(far:
 
 
 def test_a_reach_beyond_the_range_register_is_refused() -> None:
-    with raises(ValueError, match=r"farthest is 12.0: expected 0.0 to 11.01"):
-        Srf08(RangerRole("left", 0.05, 12.0, SLOT, SPEED), Srf08.Settings())
+    for farthest in (11.01, 12.0):
+        with raises(ValueError, match=rf"farthest is {farthest}: expected 0.0 to 11.0$"):
+            Srf08(RangerRole("left", 0.05, farthest, SLOT, SPEED), Srf08.Settings())
+
+
+@given(floats(0.0, 20.0), floats(300, 400))
+def test_every_reach_has_a_register_of_one_byte_or_is_refused(far: float, speed: float) -> None:
+    limit = 256 * 0.043 * speed / 343
+    try:
+        register = range_register(far, speed)
+    except ValueError:
+        assert far > limit * 0.999999
+    else:
+        assert bytes((register,))
+        assert far < limit * 1.000001
 
 
 @mark.parametrize(
@@ -186,7 +205,7 @@ def test_a_chip_that_never_gets_ready_gives_one_invalid_reading_and_is_set_up_ag
     play.run(200 * MS)
     (reading,) = play.ranged()
     assert (reading.outcome, reading.reason) == (Outcome.INVALID, "not ready in time")
-    play.ping_ns = 0
+    play.ping_ns = PING_NS
     play.run(400 * MS)
     assert play.written.count(b"\x01\x1f") == 2
     assert play.ranged()[-1].outcome is Outcome.NO_ECHO
@@ -234,7 +253,7 @@ def test_a_ping_under_way_when_the_port_is_lost_is_invalid() -> None:
     play = bench()
     play.run(35 * MS)
     play.device.lost(play.now_ns)
-    play.run(100 * MS)
+    play.run(150 * MS)
     assert [reading.reason for reading in play.ranged()] == ["port lost"]
     assert play.written.count(b"\x01\x1f") == 2
 
@@ -361,7 +380,7 @@ def test_a_chip_that_is_busy_for_too_long_has_lost_its_settings_and_gets_them_ag
     assert late.reason == "busy for 63 ms, not 18: it lost its settings (was its power cut?)"
     assert play.state is State.FAULTY
     assert play.written.count(b"\x01\x1f") == play.written.count(b"\x02\x45") == 2
-    play.ping_ns = 0
+    play.ping_ns = PING_NS
     play.run(200 * MS)
     assert play.state is State.WELL
 
@@ -383,14 +402,85 @@ def test_one_that_is_slow_by_itself_is_faulty() -> None:
     assert play.state is State.FAULTY
 
 
-def test_light_brighter_than_can_be_is_no_srf08() -> None:
+@given(integers(0, 255))
+def test_it_ranges_in_any_light(light: int) -> None:
     play = bench()
-    play.registers = bytes((9, 249, 0, 0))
+    play.registers = bytes((9, light)) + echo(10_000)[2:]
+    play.run(300 * MS)
+    assert [reading.distance for reading in play.ranged()] == approx([1.715, 1.715])
+    assert play.state is State.WELL
+
+
+def test_one_that_has_done_too_soon_has_listened_for_less_and_is_set_up_again() -> None:
+    play = bench()
+    play.run(150 * MS)
+    play.ping_ns = 6 * MS
+    play.run(120 * MS)
+    early = play.ranged()[-1]
+    assert early.outcome is Outcome.INVALID
+    assert early.reason.startswith("ready within 13 ms, not 18: did another program set it up")
+    assert play.state is State.FAULTY
+    assert play.written.count(b"\x01\x1f") == play.written.count(b"\x02\x45") == 2
+    play.ping_ns = PING_NS
+    play.run(200 * MS)
+    assert play.state is State.WELL
+
+
+def test_a_look_that_came_too_late_to_tell_tells_nothing() -> None:
+    class Slow(Bench):
+        def result(self, transfer: I2cTransfer) -> I2cResult:
+            self.now_ns += 2 * MS if self.fired_ns else 0
+            return super().result(transfer)
+
+    play = Slow(Srf08(ROLE, Srf08.Settings()), echo(0))
     play.run(1000 * MS)
-    assert play.fired_ns == []
-    health = play.device.health(play.now_ns)
-    assert health.state is State.WRONG_DEVICE
-    assert health.message.startswith("0x70 (7 bit): register 1 reads 0xf9, as no SRF08's does: is it another")
+    assert {reading.outcome for reading in play.ranged()} == {Outcome.NO_ECHO}
+
+
+def test_its_settings_are_written_again_behind_every_sixteenth_answer() -> None:
+    play = bench()
+    play.run(16 * 200 * MS)
+    assert len(play.ranged()) == 16
+    assert play.written.count(b"\x01\x1f") == play.written.count(b"\x02\x45") == 2
+    assert play.device.health(play.now_ns).counts["set-ups"] == 1
+    play.run(16 * 200 * MS)
+    assert play.written.count(b"\x02\x45") == 3
+
+
+@settings(deadline=None)
+@given(integers(0, 68), sampled_from([0.5, 2.9]))
+def test_a_range_written_behind_its_back_makes_nothing_look_free_for_longer_than_sixteen_pings(
+    register: int, distance: float
+) -> None:
+    chip = Srf08Chip("front", room(distance), Random(1))
+    joined = Joined([chip], [Srf08(ROLE, Srf08.Settings())])
+    joined.run(1000 * MS)
+    chip.write(bytes((2, register)), joined.clock.now_ns())
+    readings = joined.run(4000 * MS)
+    wrong = [reading for reading in readings if reading.outcome is Outcome.NO_ECHO]
+    assert len(wrong) <= 16
+    assert not (wrong and (register + 1) * 0.043 < 0.7 * ROLE.farthest)
+    assert {reading.outcome for reading in readings[17:]} == {Outcome.ECHO}
+    assert joined.states() == [State.WELL]
+
+
+def test_a_gain_written_behind_its_back_is_its_own_again_within_sixteen_pings() -> None:
+    faint = Surroundings(lambda fire_ns: (Echo(1.0, 10.0, "wall"),), SPEED)
+    chip = Srf08Chip("front", faint, Random(1))
+    joined = Joined([chip], [Srf08(ROLE, Srf08.Settings())])
+    joined.run(1000 * MS)
+    chip.write(b"\x01\x00", joined.clock.now_ns())
+    outcomes = [reading.outcome for reading in joined.run(5000 * MS)]
+    assert 0 < outcomes.count(Outcome.NO_ECHO) <= 16
+    assert outcomes[16:] == [Outcome.ECHO] * len(outcomes[16:])
+
+
+def test_an_srf235_at_its_address_is_noticed_by_its_haste() -> None:
+    joined = Joined([Srf235Chip("two", room(1.0), Random(1))], [Srf08(ROLE, Srf08.Settings())])
+    readings = joined.run(2000 * MS)
+    assert {reading.outcome for reading in readings} == {Outcome.INVALID}
+    assert joined.states() == [State.FAULTY]
+    assert joined.messages()[0].endswith("is it an SRF235?")
 
 
 def test_registers_that_never_say_the_same_are_garbled() -> None:
@@ -510,6 +600,14 @@ def test_whenever_one_of_them_was_away_it_is_back_within_three_seconds(
     assert len(joined.run(1000 * MS)) == 30
 
 
+def test_a_called_chip_that_did_not_hear_a_call_does_not_tell_the_ping_before_as_a_new_one() -> None:
+    joined = called_chips(2, 1.0, 1.5)
+    joined.run(1060 * MS)
+    joined.chips[1].fault("unplug", joined.clock.now_ns(), 42 * MS)
+    own = [reading for reading in joined.run(80 * MS) if reading.sensor == "1"]
+    assert [(reading.outcome, reading.reason[:12]) for reading in own] == [(Outcome.INVALID, "ready within")]
+
+
 def test_a_called_chip_whose_power_was_cut_between_two_calls_is_set_up_again() -> None:
     joined = called_chips(2, 1.0, 1.5)
     joined.run(1060 * MS)
@@ -522,7 +620,7 @@ def test_a_called_chip_whose_power_was_cut_between_two_calls_is_set_up_again() -
     assert joined.count("set-ups") == [1, 2]
 
 
-def test_a_chip_whose_reach_is_long_lost_its_power_unnoticed() -> None:
+def test_a_chip_whose_reach_is_long_lost_its_power_unnoticed_but_gets_its_settings_again() -> None:
     chip = Srf08Chip("far", room(1.0), Random(1))
     joined = Joined([chip], [Srf08(RangerRole("far", 0.05, 9.0, SLOT, SPEED), Srf08.Settings(gain=3))])
     joined.run(1000 * MS)
@@ -530,6 +628,10 @@ def test_a_chip_whose_reach_is_long_lost_its_power_unnoticed() -> None:
     readings = joined.run(1000 * MS)
     assert {reading.outcome for reading in readings} == {Outcome.ECHO}
     assert joined.count("set-ups") == [1]
+    faint = Surroundings(lambda fire_ns: (Echo(8.0, 10.0, "wall"),), SPEED)
+    chip.sonar = Sonar(faint, chip.faults, Random(1))
+    assert joined.run(1000 * MS)[-1].outcome is Outcome.ECHO
+    assert joined.run(1400 * MS)[-1].outcome is Outcome.NO_ECHO
 
 
 def test_an_srf02_at_its_address_is_noticed() -> None:

@@ -25,7 +25,9 @@ def registers(flight_us: int) -> bytes:
 
 
 def bench(settings: Srf10.Settings | None = None) -> Bench:
-    return Bench(Srf10(ROLE, settings or Srf10.Settings()), registers(0))
+    play = Bench(Srf10(ROLE, settings or Srf10.Settings()), registers(0))
+    play.ping_ns = 18 * MS
+    return play
 
 
 def before(chip: I2cChip) -> Joined:
