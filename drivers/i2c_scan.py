@@ -22,6 +22,8 @@ RANGERS = (URM09, URM13, RCWL9620, *DEVANTECH)
 OTHERS = tuple(address for address in range(0x08, 0x78) if address not in RANGERS)
 SECOND_LOOK = 2
 """The register from which it is read once more. Not 1: that byte fires an RCWL-9620."""
+RANGING_NS = 80_000_000
+"""No ranging lasts longer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +51,14 @@ def look_round(addresses: tuple[int, ...]) -> Course[I2cTransfer, tuple[Sighting
         if sighting is not None:
             found.append(sighting)
     return tuple(found)
+
+
+def look_twice(now_ns: Callable[[], int]) -> Course[I2cTransfer, tuple[Sighting, ...]]:
+    """Everybody on the bus; where rangers are it looks again later, for one that ranges does not answer."""
+    first = yield from look_round(RANGERS + OTHERS)
+    yield now_ns() + RANGING_NS
+    silent = tuple(address for address in DEVANTECH if all(address != each.address for each in first))
+    return first + (yield from look_round(silent))
 
 
 def _look(address: int) -> Course[I2cTransfer, Sighting | None]:

@@ -41,7 +41,8 @@ def on_port(driver: str, port: str, settings: Mapping[str, Any]) -> Config:
         kind = registry.driver(driver).bus
     except UnknownDriverError as error:
         raise UsageError([str(error)]) from error
-    bus = BusConfig(_BUS, kind, port)  # type: ignore[arg-type]  # drivers' kinds are the ports'
+    interface = "slcan" if Path(port).is_char_device() else "socketcan"
+    bus = BusConfig(_BUS, kind, port, interface)  # type: ignore[arg-type]  # drivers' kinds are the ports'
     if kind == "can":
         return Config(bus=(bus,), wheel=(WheelConfig("left", driver, _BUS, settings=settings),))
     for farthest in (FARTHEST_M, LEAST_M):

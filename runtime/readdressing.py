@@ -1,25 +1,34 @@
 """A ranger is given another address: looked at before, changed, and looked at again."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from echogrid.drivers import registry
 from echogrid.drivers.clock import Clock
+from echogrid.drivers.device import Health, State
 from echogrid.drivers.errand import Errand
 from echogrid.drivers.errors import EchogridError
 from echogrid.drivers.readdress import READDRESSED, change
+from echogrid.drivers.readings import Outcome, RangeReading, Reading
 from echogrid.runtime import lone_device
 from echogrid.runtime.config import Config
 from echogrid.runtime.errors import UsageError
 from echogrid.runtime.lines import line_of
-from echogrid.runtime.lone_bus import lone_bus
+from echogrid.runtime.lone_bus import LoneBus, lone_bus
 from echogrid.runtime.ports import real_ports
 from echogrid.runtime.reading_text import said
 from echogrid.runtime.toml_values import hint
 
 _LOOK_S = 4.0
-"""For a device to bring a reading."""
+"""For a device to bring readings."""
+_ENOUGH = 2
+"""Readings that prove it: the first ones of another make may look right."""
+_GLANCE_S = 0.2
+_NOBODY = (State.MISSING, State.SETTING_UP)
+_SETTLED = (State.WRONG_DEVICE, State.CONFLICT)
+"""No wait makes these better."""
 _ABSENT_S = 1.0
 """For one that is not there to have been looked for several times."""
 _CHANGE_S = 5.0
@@ -59,17 +68,15 @@ class Readdress:
         return self._way.after_power_cycle
 
     def found(self) -> str:
-        """What is at the old address. Raises ReaddressError if that is nothing, or the new one is taken."""
-        reading = self._reading(self._old, _LOOK_S)
-        if not reading:
-            raise ReaddressError(
-                f"{self._port}: no {self._driver} answers at {self._old:#04x} (echogrid scan)"
-            )
-        if self._reading(self._new, _ABSENT_S):
+        """What is at the old address. Raises ReaddressError if it is not the device, or the new is taken."""
+        told = self._look(self._old)
+        if not told.reading:
+            raise ReaddressError(f"{self._port}: no {self._driver} at {self._old:#04x}: {told.trouble}")
+        if not self._is_free(self._new):
             raise ReaddressError(
                 f"{self._port}: there is a device at {self._new:#04x} already: choose another"
             )
-        return f"{self._port}: {self._driver} at {self._old:#04x} says {reading}"
+        return f"{self._port}: {self._driver} at {self._old:#04x} says {told.reading}"
 
     def carry_out(self) -> None:
         """Send the messages. Raises ReaddressError if the device does not take them."""
@@ -89,19 +96,49 @@ class Readdress:
 
     def proof(self) -> str:
         """What is at the new address. Raises ReaddressError unless it is the device, and the old is free."""
-        reading = self._reading(self._new, _LOOK_S)
-        if not reading:
-            raise ReaddressError(f"{self._port}: nobody answers at {self._new:#04x}: look with echogrid scan")
-        if self._reading(self._old, _ABSENT_S):
+        told = self._look(self._new)
+        if not told.reading:
+            raise ReaddressError(f"{self._port}: no {self._driver} at {self._new:#04x}: {told.trouble}")
+        if not self._is_free(self._old):
             raise ReaddressError(f"{self._port}: somebody is still at {self._old:#04x}: were there two?")
-        return f"{self._driver} at {self._new:#04x} says {reading}"
+        return f"{self._driver} at {self._new:#04x} says {told.reading}"
 
     def _config(self, address: int) -> Config:
         identity = registry.driver(self._driver).identity
         return lone_device.on_port(self._driver, self._port, {**self._settings, identity: address})
 
-    def _reading(self, address: int, within_s: float) -> str:
-        """What the device at an address says; empty if nobody does."""
+    def _look(self, address: int) -> "_Told":
+        """What the driver says of the device at an address, as soon as it is sure."""
         with lone_device.opened(self._config(address), Path(), self._clock) as bus:
-            bus.turn_until(lambda: bus.waiting > 0, within_s)
-            return next((said(reading) for reading in bus.take()), "")
+            health = self._health(bus)
+            until_ns = self._clock.now_ns() + round(_LOOK_S * 1e9)
+            while self._clock.now_ns() < until_ns and health.state not in _SETTLED:
+                if bus.turn_until(lambda: bus.waiting >= _ENOUGH, _GLANCE_S):
+                    sane = [each for each in bus.take() if not _doubtful(each)]
+                    if len(sane) >= _ENOUGH and self._health(bus).state is State.WELL:
+                        return _Told(said(sane[-1]), "")
+                health = self._health(bus)
+        return _Told("", health.message)
+
+    def _is_free(self, address: int) -> bool:
+        """Whether nobody answers there, of whatever make."""
+        with lone_device.opened(self._config(address), Path(), self._clock) as bus:
+            bus.turn_until(lambda: self._health(bus).state not in _NOBODY, _ABSENT_S)
+            return self._health(bus).state is State.MISSING
+
+    def _health(self, bus: LoneBus) -> Health:
+        return bus.pump.line.devices[0].health(self._clock.now_ns())
+
+
+@dataclass(frozen=True, slots=True)
+class _Told:
+    """What was learnt of an address."""
+
+    reading: str
+    """What the device measures; empty unless it is well."""
+    trouble: str
+    """Why it is not."""
+
+
+def _doubtful(reading: Reading) -> bool:
+    return isinstance(reading, RangeReading) and reading.outcome is Outcome.INVALID

@@ -3,7 +3,7 @@
 Nothing is sent that lets a device do something, unless it is asked for.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +13,7 @@ from echogrid.drivers import i2c_scan, registry
 from echogrid.drivers.bus import I2cTransfer
 from echogrid.drivers.clock import Clock
 from echogrid.drivers.conversation import Conversation
-from echogrid.drivers.device import Line
+from echogrid.drivers.device import Line, State
 from echogrid.drivers.errand import Errand
 from echogrid.drivers.errors import PortError, UnknownDriverError
 from echogrid.drivers.readings import Outcome, RangeReading
@@ -33,6 +33,7 @@ _ASK_S = 1.5
 _ENOUGH = 2
 """Readings that prove a ranger: noise may look like one."""
 _SOCKET = "unix:"
+_IIO = Path("/sys/bus/iio/devices")
 _ROLE = RangerRole("scan", 0.0, lone_device.FARTHEST_M, None, 343.2)
 
 
@@ -64,21 +65,48 @@ def machine_ports() -> list[str]:
     serial = ("ttyUSB*", "ttyACM*", "ttyAMA*", "serial0")
     buses = sorted(Path("/dev").glob("i2c-*"))
     lines = [path for pattern in serial for path in sorted(Path("/dev").glob(pattern))]
-    return [str(path) for path in (*buses, *lines)]
+    kernel = [_IIO] if any(_IIO.glob("iio:device*")) else []
+    return [str(path) for path in (*buses, *lines, *kernel)]
 
 
-def scan(port: str, asks: bool, clock: Clock) -> Iterator[Found]:
-    """What is on a port. Raises PortError if it does not open."""
-    on_i2c = port.startswith((_SOCKET, "/dev/i2c-"))
-    for found in _on_i2c(port, clock) if on_i2c else _heard(port, clock):
-        yield _asked(found, clock) if asks and on_i2c else found
-    if asks and not on_i2c:
-        yield from _answering(port, clock)
+def scan(port: str, asks: bool, clock: Clock, tell: Callable[[str], None]) -> Iterator[Found]:
+    """What is on a port; `tell` is given a line on what takes long, and on what was not found.
+
+    Raises PortError if it does not open.
+    """
+    if Path(port).is_dir():
+        yield from _by_the_kernel(Path(port))
+    elif port.startswith((_SOCKET, "/dev/i2c-")):
+        for found in _on_i2c(port, clock):
+            yield _asked(found, clock) if asks else found
+    else:
+        yield from _on_serial(port, asks, clock, tell)
+
+
+def _by_the_kernel(folder: Path) -> Iterator[Found]:
+    """The kernel's own rangers, by the names of their drivers."""
+    for device in sorted(folder.glob("iio:device*")):
+        name = (device / "name").read_text().strip() if (device / "name").exists() else ""
+        if (device / "in_distance_raw").exists():
+            yield Found(str(folder), ("iio",), None, {"device": name or device.name})
+
+
+def _on_serial(port: str, asks: bool, clock: Clock, tell: Callable[[str], None]) -> Iterator[Found]:
+    """What talks on a line is heard, and not spoken to."""
+    found = list(_heard(port, clock, tell))
+    yield from found
+    if found:
+        return
+    if not asks:
+        tell("nothing known was heard; --ask speaks to rangers which wait to be spoken to")
+        return
+    tell("nothing known was heard; now asking, by every driver in turn (some 15 s)")
+    yield from _answering(port, clock)
 
 
 def _on_i2c(port: str, clock: Clock) -> Iterator[Found]:
-    def course(_: Errand[I2cTransfer, tuple[i2c_scan.Sighting, ...]]) -> Any:
-        return i2c_scan.look_round(i2c_scan.RANGERS + i2c_scan.OTHERS)
+    def course(errand: Errand[I2cTransfer, tuple[i2c_scan.Sighting, ...]]) -> Any:
+        return i2c_scan.look_twice(lambda: errand.now_ns)
 
     errand = Errand(course, I2cTransfer(()), {})
     with lone_bus(Line(port, [errand]), make_port("i2c", port), clock) as bus:
@@ -95,17 +123,21 @@ def _asked(found: Found, clock: Clock) -> Found:
     return found
 
 
-def _heard(port: str, clock: Clock) -> Iterator[Found]:
+def _heard(port: str, clock: Clock, tell: Callable[[str], None]) -> Iterator[Found]:
     """Rangers which send unasked: all such drivers listen at once, at one speed after the other."""
     for baud, listeners in _listeners().items():
         line = Line(port, [listener.device for listener in listeners])
         with lone_bus(line, make_port("serial", port, {"baud": baud}), clock) as bus:
             bus.turn_until(lambda bus=bus: bus.waiting >= _ENOUGH, _LISTEN_S)  # type: ignore[misc]
             readings = [each for each in bus.take() if isinstance(each, RangeReading)]
+            states = {listener.device.health(clock.now_ns()).state for listener in listeners}
+        if not readings and State.SILENT not in states:
+            tell(f"bytes at {baud} baud, but no frames that are known: another speed, or inverted?")
         for listener in listeners:
             own = [each for each in readings if each.sensor == listener.device.name]
             if len(own) >= _ENOUGH and (words := _told(own)):
-                yield Found(port, (listener.driver,), None, listener.settings, words)
+                assumed = f"{words}, if so" if listener.settings else words
+                yield Found(port, (listener.driver,), None, listener.settings, assumed)
                 return
 
 

@@ -43,11 +43,15 @@ def execute(arguments: argparse.Namespace) -> int:
             file=sys.stderr,
         )
     total = 0
+
+    def tell(line: str) -> None:
+        print(f"  {line}", file=sys.stderr, flush=True)
+
     for port in ports:
         if not arguments.json:
             print(port, flush=True)
         try:
-            for found in scan.scan(port, arguments.ask, MonotonicClock()):
+            for found in scan.scan(port, arguments.ask, MonotonicClock(), tell):
                 total += 1
                 print(_object(found) if arguments.json else _line(found), flush=True)
         except PortError as error:

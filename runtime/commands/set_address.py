@@ -16,7 +16,8 @@ def add(commands: "Commands") -> None:
         "set-address",
         help="give a ranger another address",
         description=f"{__doc__} Only one device may be at the present address: a second one would get "
-        "the new address, too. It asks before it does so, and looks afterwards whether it came about.",
+        "the new address, too. It asks before it does so, and looks afterwards whether it came about; "
+        "with devices which move at their next power-up, that is left to you.",
     )
     parser.add_argument("driver", metavar="DRIVER", help="such as srf08")
     parser.add_argument("port", metavar="PORT", help="such as /dev/i2c-1 or /dev/ttyUSB0")
@@ -42,7 +43,10 @@ def execute(arguments: argparse.Namespace) -> int:
         return 1
     readdress.carry_out()
     if readdress.after_power_cycle:
-        print(f"done; it is at {arguments.new:#04x} when its power was off and on again")
+        print(
+            f"done: it took the message, and moves to {arguments.new:#04x} at its next power-up. Then look:"
+        )
+        print(f"echogrid read {arguments.driver} --port {arguments.port} --set address={arguments.new:#04x}")
         return 0
     print(f"done: {readdress.proof()}")
     return 0

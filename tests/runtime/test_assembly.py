@@ -80,7 +80,7 @@ def test_rangers_that_are_spoken_to_share_a_line() -> None:
         ((("urm12", {"address": 1}), ("a02yyuw", {})), None, "can't share bus 'line': one talks unasked"),
         ((("urm12", {}), ("dyp-rs485", {})), None, "differ on bus 'line'"),
         ((("urm12", {"address": 1}), ("urm15", {"address": 1})), None, "share address 1"),
-        ((("urm12", {}),), 9600, "its timing needs `baud` here"),
+        ((("urm12", {}),), 9600, "say its `baud` here"),
     ],
 )
 def test_rangers_that_can_t_be_on_one_line_are_refused(

@@ -67,6 +67,25 @@ def test_a_ranger_which_is_spoken_to_is_found_only_by_asking(
     assert "  0x0f  urm15  1.500 m" in capsys.readouterr().out.splitlines()
 
 
+def test_a_line_that_was_heard_is_not_asked(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["scan", str(robot / "line"), "--ask"]) == 0
+    told = capsys.readouterr()
+    assert told.out.splitlines()[1:] == ["  a02yyuw  1.500 m"]
+    assert "asking" not in told.err
+
+
+def test_what_the_kernel_reads_is_told_by_its_driver(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    device = tmp_path / "iio:device0"
+    device.mkdir()
+    (device / "name").write_text("srf04\n")
+    (device / "in_distance_raw").write_text("1500\n")
+    (tmp_path / "iio:device1").mkdir()
+    assert main(["scan", str(tmp_path)]) == 0
+    assert capsys.readouterr().out.splitlines()[1:] == ["  iio (device srf04?)"]
+
+
 def test_a_port_that_is_not_there_is_told_and_the_others_are_scanned(
     robot: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

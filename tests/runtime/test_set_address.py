@@ -52,7 +52,23 @@ def test_an_address_that_is_taken_is_refused(ring: str, capsys: pytest.CaptureFi
 
 def test_nobody_at_the_present_address_is_told(ring: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["set-address", "srf08", ring, "0x71", "0x75", "--yes"]) == 1
-    assert "no srf08 answers at 0x71" in capsys.readouterr().err
+    assert "no srf08 at 0x71: no answer" in capsys.readouterr().err
+
+
+def test_another_make_is_not_moved_and_its_address_is_taken(
+    short_dir: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rangers = [
+        RangerSpec("two", "srf02", "ring", 0.0, 0.0, 0.0, {"address": 0x70}),
+        RangerSpec("eight", "srf08", "ring", 0.0, 0.0, 0.0, {"address": 0x72}),
+        RangerSpec("urm", "urm09", "ring", 0.0, 0.0, 0.0),
+    ]
+    with served(short_dir, {"ring": "i2c"}, rangers, 1.5):
+        port = f"unix:{short_dir / 'ring.sock'}"
+        assert main(["set-address", "srf08", port, "0x70", "0x75", "--yes"]) == 1
+        assert "no srf08 at 0x70: " in capsys.readouterr().err
+        assert main(["set-address", "urm09", port, "0x11", "0x72", "--yes"]) == 1
+        assert "there is a device at 0x72 already" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
