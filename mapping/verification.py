@@ -14,8 +14,8 @@ from echogrid.mapping.placed_ping import PlacedPing
 
 AGREEMENT = 0.10
 """m: two standard deviations of the difference of two readings, at a few metres."""
-OLDEST_NS = 1_000_000_000
-"""Readings further apart are not compared."""
+OLDEST_NS = 3_000_000_000
+"""Readings further apart are not compared. The slowest rangers tell one a second: two of them may be lost."""
 
 
 @dataclass(frozen=True, slots=True)

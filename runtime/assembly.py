@@ -31,14 +31,19 @@ SECOND_NS = 1_000_000_000
 def parts(config: Config) -> tuple[list[BusLine[Any, Any]], Fusion]:
     """The devices of each bus, and the tick's state. Raises ConfigError with all that a run lacks."""
     found: list[Problem] = []
-    for part in (lines, geometry, drive):
+    devices: list[BusLine[Any, Any]] = []
+    try:
+        devices = lines(config)
+    except ConfigError as error:
+        found += error.found
+    for part in (geometry, drive):
         try:
             part(config)
         except ConfigError as error:
             found += error.found
     if found:
         raise ConfigError(found)
-    return lines(config), fusion(config)
+    return devices, fusion(config)
 
 
 def fusion(config: Config) -> Fusion:

@@ -5,19 +5,20 @@ from dataclasses import dataclass, field
 from math import radians
 from zlib import crc32
 
+from echogrid.drivers.make import MILLISECOND_NS
 from echogrid.drivers.role import Call, Slot
 from echogrid.mapping.verification import OLDEST_NS
 from echogrid.runtime.config import Config, FiringConfig
 from echogrid.runtime.errors import ConfigError
 from echogrid.runtime.firing_groups import grouped
 from echogrid.runtime.firing_times import (
-    MILLISECOND_NS,
     Group,
     Pinger,
     Timing,
     in_cycle,
     in_groups,
     milliseconds,
+    worst_gap_ns,
     wrong,
 )
 from echogrid.runtime.toml_values import Problem
@@ -57,13 +58,19 @@ def firing_plan(config: Config, pingers: Sequence[Pinger]) -> Plan:
     groups = _groups(config.firing, pingers)
     calls = _calls(config.firing, groups)
     timing = in_groups(config, groups) if config.firing.mode == "groups" else in_cycle(config, groups)
-    if config.firing.verifies and timing.period_ns > OLDEST_NS:
-        limit = f"readings more than {OLDEST_NS // MILLISECOND_NS} ms apart are not compared"
-        raise wrong(
-            "verify", f"the cycle takes {milliseconds(timing.period_ns)} ms, and {limit}: set it to false"
-        )
-    volleys, slots = _volleys(groups, timing), _slots(config, groups, timing)
-    return Plan(tuple(pingers), timing.period_ns, volleys, slots, calls)
+    slots = _slots(config, groups, timing)
+    if config.firing.verifies:
+        _require_neighbours(slots)
+    return Plan(tuple(pingers), timing.period_ns, _volleys(groups, timing), slots, calls)
+
+
+def _require_neighbours(slots: Mapping[str, Slot]) -> None:
+    """Raises ConfigError if readings of a ranger are so far apart that none would be compared."""
+    for name, slot in slots.items():
+        if (gap_ns := worst_gap_ns(slot)) > OLDEST_NS:
+            gap = f"pings of {name!r} may be {milliseconds(gap_ns)} ms apart"
+            limit = f"more than {OLDEST_NS // MILLISECOND_NS} ms are not compared"
+            raise wrong("verify", f"{gap}, and {limit}: have it fire more often, or set it to false")
 
 
 def _strangers(config: Config, pingers: Sequence[Pinger]) -> Iterator[Problem]:
@@ -80,8 +87,11 @@ def _strangers(config: Config, pingers: Sequence[Pinger]) -> Iterator[Problem]:
 
 
 def _deaf(firing: FiringConfig, pingers: Sequence[Pinger]) -> Iterator[Problem]:
+    """What no ranger can do that is asked of them."""
     if firing.listen_every and not any(pinger.can_listen for pinger in pingers):
         yield ("firing", "listen_every"), "no ranger here can listen without a ping: leave it out"
+    if firing.general_call and not any(pinger.obeys_general_call for pinger in pingers):
+        yield ("firing", "general_call"), "no ranger here obeys a general call: leave it out"
 
 
 def _groups(firing: FiringConfig, pingers: Sequence[Pinger]) -> tuple[Group, ...]:

@@ -2,22 +2,28 @@
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from math import ceil
+from dataclasses import dataclass, field, replace
 
+from echogrid.drivers.make import MILLISECOND_NS
 from echogrid.drivers.pace import Pace
+from echogrid.drivers.role import Slot
 from echogrid.drivers.sound import speed_of_sound
 from echogrid.runtime.config import Config
 from echogrid.runtime.errors import ConfigError
-from echogrid.runtime.firing_patterns import Seat, delays
+from echogrid.runtime.firing_patterns import Cycle, Seat, delays
 
-MILLISECOND_NS = 1_000_000
 RING_DOWN_NS = 8 * MILLISECOND_NS
 """After the last echo that is asked for: 5 to 10 ms until the sound has died away."""
 SLACK_NS = 3 * MILLISECOND_NS
 """How late a turn may be without the ranger missing the next."""
 CYCLE_NS = 100 * MILLISECOND_NS
 """In which all fire once, where they can, unless they fire in groups."""
+LONGEST_NS = 10_000 * MILLISECOND_NS
+"""Of a cycle."""
+_TENTH_NS = MILLISECOND_NS // 10
+_GROWTH = 20
+"""A cycle that was too short is tried again with this part of it more."""
+_ANSWERED = "until all have answered, and may fire again"
 _SPREAD = 4.0
 """Delays change by the time in which sound goes this many times the agreement. What is heard of others moves
 by half of that way: twice as far as readings may differ."""
@@ -55,7 +61,7 @@ def in_groups(config: Config, groups: Sequence[Group]) -> Timing:
     """Group after group, as soon as the sound of the one has died and its members have answered."""
     firing, speed = config.firing, speed_of_sound(config.robot.air_temperature_c)
     answered = [_busy_ns(group) for group in groups]
-    jitter_ns = round(firing.jitter_ms * MILLISECOND_NS)
+    jitter_ns = _jitter_ns(config)
     cycle_ns = _cycle_ns(groups) + jitter_ns
     if firing.gap_ms is None:
         gaps = [
@@ -67,50 +73,58 @@ def in_groups(config: Config, groups: Sequence[Group]) -> Timing:
         least_ns = max(*answered, -(-(cycle_ns - jitter_ns) // len(groups)))
         gaps = [round(firing.gap_ms * MILLISECOND_NS)] * len(groups)
         if gaps[0] < least_ns:
-            why = "until all have answered, and may fire again"
-            raise wrong("gap_ms", f"it takes {milliseconds(least_ns)} ms {why}: give as much at least")
+            raise wrong("gap_ms", f"it takes {milliseconds(least_ns)} ms {_ANSWERED}: give as much at least")
     offsets = [sum(gaps[:number]) for number in range(len(groups))]
     return Timing(sum(gaps) + jitter_ns, tuple(offsets))
 
 
 def in_cycle(config: Config, groups: Sequence[Group]) -> Timing:
-    """All in one cycle, which the groups share evenly."""
-    firing = config.firing
-    asked_ns = CYCLE_NS if firing.cycle_ms is None else round(firing.cycle_ms * MILLISECOND_NS)
-    least_ns = _cycle_ns(groups) + round(firing.jitter_ms * MILLISECOND_NS)
-    timing = _shared(config, groups, max(asked_ns, least_ns))
-    least_ns += max(map(max, timing.delays_ns.values()), default=0)
-    if least_ns > asked_ns and firing.cycle_ms is not None:
-        why = "until all have answered, and may fire again"
-        raise wrong("cycle_ms", f"it takes {milliseconds(least_ns)} ms {why}: give as much at least")
-    return timing if least_ns <= timing.period_ns else _shared(config, groups, least_ns)
+    """All in one cycle, which the groups share evenly: as long as is asked for, or as it takes."""
+    asked_ms = config.firing.cycle_ms
+    asked_ns = CYCLE_NS if asked_ms is None else round(asked_ms * MILLISECOND_NS)
+    at_once_ns = max(map(_busy_ns, groups)) + SLACK_NS if config.firing.mode == "together" else 0
+    least_ns = _tenths(max(_cycle_ns(groups), at_once_ns) + _jitter_ns(config))
+    period_ns, why = (least_ns, _ANSWERED) if least_ns > asked_ns else (asked_ns, "")
+    while isinstance(found := _shared(config, groups, period_ns), str):
+        period_ns, why = _tenths(period_ns + period_ns // _GROWTH), why or found
+        if period_ns > LONGEST_NS:
+            raise wrong("mode", f'no cycle is long enough {found}: use more buses, or "groups"')
+    if why and asked_ms is not None:
+        mend = "give as much" if why is _ANSWERED else "give that, use more buses, or leave it out"
+        raise wrong("cycle_ms", f"it takes {milliseconds(period_ns)} ms {why}: {mend}")
+    return found
 
 
-def _shared(config: Config, groups: Sequence[Group], period_ns: int) -> Timing:
-    """A cycle of that length, with the delays that it takes to tell the rangers apart. Raises ConfigError."""
+def _shared(config: Config, groups: Sequence[Group], period_ns: int) -> Timing | str:
+    """A cycle of that length, with the delays that it takes to tell the rangers apart; or what it is too
+    short for. Raises ConfigError if there are no such delays."""
     offsets = tuple(number * period_ns // len(groups) for number in range(len(groups)))
     if config.firing.mode == "together":
         return Timing(period_ns, offsets)
-    seats = {
-        pinger.name: Seat(offset_ns, pinger.bus, pinger.pace.held_ns)
-        for offset_ns, group in zip(offsets, groups, strict=True)
-        for pinger in group
-    }
+    pingers = [pinger for group in groups for pinger in group]
+    places = [offset_ns for offset_ns, group in zip(offsets, groups, strict=True) for _ in group]
+    seats = [Seat(at_ns, each.bus, each.pace.busy) for at_ns, each in zip(places, pingers, strict=True)]
     speed = speed_of_sound(config.robot.air_temperature_c)
     step_ns = round(_SPREAD * config.firing.agreement_m / speed * 1e9)
-    found = delays(tuple(seats.values()), period_ns, step_ns)
-    if found is None:
-        raise wrong("mode", 'no delays tell so many rangers apart on these buses: use "groups"')
-    return Timing(period_ns, offsets, dict(zip(seats, found, strict=True)))
+    cycle = Cycle(period_ns, step_ns, _jitter_ns(config))
+    found = delays(tuple(seats), cycle)
+    if len(found) < len(seats):
+        if len(delays(tuple(replace(seat, busy=()) for seat in seats), cycle)) < len(seats):
+            raise wrong("mode", 'no delays tell so many rangers apart: use "groups"')
+        return f"until every turn finds bus {pingers[len(found)].bus!r} idle, beside the others' answers"
+    for pinger, own in zip(pingers, found, strict=True):
+        if pinger.pace.period_ns + SLACK_NS + max(own) - min(own) + cycle.jitter_ns > period_ns:
+            return _ANSWERED
+    return Timing(period_ns, offsets, {each.name: own for each, own in zip(pingers, found, strict=True)})
 
 
 def _cycle_ns(groups: Sequence[Group]) -> int:
     """The shortest cycle in which every ranger is ready again, and every bus has carried all."""
     buses: defaultdict[str, int] = defaultdict(int)
     for pinger in (pinger for group in groups for pinger in group):
-        buses[pinger.bus] += pinger.pace.held_ns + pinger.pace.collect_ns
+        buses[pinger.bus] += pinger.pace.carried_ns
     ready_ns = max(pinger.pace.period_ns for group in groups for pinger in group)
-    return max(ready_ns, *buses.values(), *map(_busy_ns, groups)) + SLACK_NS
+    return max(ready_ns, *buses.values()) + SLACK_NS
 
 
 def _busy_ns(group: Group) -> int:
@@ -134,11 +148,28 @@ def _silent_ns(group: Group, speed: float) -> int:
     return max(buses.values()) + round(2.0 * reach / speed * 1e9) + RING_DOWN_NS
 
 
+def _jitter_ns(config: Config) -> int:
+    return round(config.firing.jitter_ms * MILLISECOND_NS)
+
+
+def _tenths(time_ns: int) -> int:
+    """ns, rounded up to a tenth of a millisecond."""
+    return -(-time_ns // _TENTH_NS) * _TENTH_NS
+
+
 def milliseconds(time_ns: int) -> float:
     """Of ns, rounded up to a tenth."""
-    return ceil(time_ns / (MILLISECOND_NS // 10)) / 10
+    return _tenths(time_ns) // _TENTH_NS / 10
 
 
 def wrong(key: str, what: str) -> ConfigError:
     """What is wrong with a key of [firing]."""
     return ConfigError([(("firing", key), what)])
+
+
+def worst_gap_ns(slot: Slot) -> int:
+    """The longest time between two pings of a ranger."""
+    apart = 2 if slot.listens_every else 1
+    rotation = range(len(slot.delays_ns))
+    gaps_ns = (slot.planned_ns(number + apart) - slot.planned_ns(number) for number in rotation)
+    return max(gaps_ns) + slot.jitter_ns

@@ -7,7 +7,6 @@ from typing import Any
 
 from echogrid.drivers import registry
 from echogrid.drivers.commanded import CommandedRanger
-from echogrid.drivers.conversation import Conversation
 from echogrid.drivers.device import BusLine, Device
 from echogrid.drivers.errors import UnknownDriverError
 from echogrid.drivers.registry import Driver
@@ -21,7 +20,7 @@ from echogrid.runtime.toml_lines import Place
 from echogrid.runtime.toml_values import Problem, structured
 
 I2C_BIT_RATE = 100_000
-"""The slowest that is usual."""
+"""The slowest that is usual; the kernel sets it, and no key of a bus."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +46,6 @@ def lines(config: Config) -> list[BusLine[Any, Any]]:
     """The devices of each bus. Raises ConfigError with every driver or setting that is wrong."""
     problems: list[Problem] = []
     parts = _parts(config, problems)
-    problems += _doubles(parts)
-    problems += _mixtures(config, parts)
     if {wheel.name for wheel in config.wheel} != {"left", "right"}:
         problems.append(((), "a run needs a [[wheel]] named `left` and one named `right`"))
     if problems:
@@ -69,7 +66,7 @@ def line_of(config: Config) -> BusLine[Any, Any]:
 def plan_of(config: Config) -> Plan:
     """Who fires when. Raises ConfigError with every driver or setting that is wrong."""
     problems: list[Problem] = []
-    parts = list(_idle_parts(config, problems))
+    parts = _idle_parts(config, problems)
     if problems:
         raise ConfigError(problems)
     return _plan(config, parts)
@@ -80,7 +77,7 @@ def _parts(config: Config, problems: list[Problem]) -> list[_Part]:
 
     If nothing is, the rangers know their turns: when they have those depends on all of them.
     """
-    parts = list(_idle_parts(config, problems))
+    parts = _idle_parts(config, problems)
     if problems:
         return parts
     try:
@@ -91,8 +88,15 @@ def _parts(config: Config, problems: list[Problem]) -> list[_Part]:
     return [_with_turns(part, plan) for part in parts]
 
 
-def _idle_parts(config: Config, problems: list[Problem]) -> Iterator[_Part]:
-    """The same before anybody knows when to fire."""
+def _idle_parts(config: Config, problems: list[Problem]) -> list[_Part]:
+    """The same before anybody knows when to fire; also told is who can't be on a bus with another."""
+    parts = list(_single_parts(config, problems))
+    problems += _doubles(parts)
+    problems += _mixtures(config, parts)
+    return parts
+
+
+def _single_parts(config: Config, problems: list[Problem]) -> Iterator[_Part]:
     speed = speed_of_sound(config.robot.air_temperature_c)
     for index, sensor in enumerate(config.sensor):
         role = RangerRole(sensor.name, sensor.min_m, sensor.max_m, None, speed)
@@ -111,26 +115,24 @@ def _pingers(config: Config, part: _Part) -> Iterator[Pinger]:
     device = part.device
     if isinstance(device, CommandedRanger):
         sensor = next(sensor for sensor in config.sensor if sensor.name == part.name)
-        bus = next(bus for bus in config.bus if bus.name == part.bus)
-        told = bus.bit_rate or device.port_options.get("baud")
-        bit_rate = told if isinstance(told, int) else I2C_BIT_RATE
+        baud = device.port_options.get("baud")
         yield Pinger(
             part.name,
             radians(sensor.yaw_deg),
             sensor.max_m,
             part.bus,
-            device.pace(bit_rate),
+            device.pace(baud if isinstance(baud, int) else I2C_BIT_RATE),
             device.can_listen,
             device.obeys_general_call,
         )
 
 
 def _with_turns(part: _Part, plan: Plan) -> _Part:
-    """The part with a device that knows when to fire."""
-    if not isinstance(part.role, RangerRole):
+    """The part with a device that knows when to fire, if it waits to be told."""
+    if not isinstance(part.role, RangerRole) or part.name not in plan.slots:
         return part
     call = plan.calls.get(part.name, Call.ITSELF)
-    role = replace(part.role, slot=plan.slots.get(part.name), call=call)
+    role = replace(part.role, slot=plan.slots[part.name], call=call)
     return replace(part, role=role, device=part.driver(role, part.settings))
 
 
@@ -170,7 +172,8 @@ def _doubles(parts: list[_Part]) -> Iterator[Problem]:
         key, value = part.identity
         other = owners.setdefault((part.bus, key, value), part.name)
         if other != part.name:
-            same = f"{key} {value}" if key else "the serial line"
+            shown = f"{value:#04x}" if part.driver.bus == "i2c" else value
+            same = f"{key} {shown}" if key else "the serial line"
             yield (*part.place, key or "bus"), f"{part.name} and {other} share {same} of bus {part.bus!r}"
 
 
@@ -183,8 +186,8 @@ def _mixtures(config: Config, parts: list[_Part]) -> Iterator[Problem]:
         ways, others = dict(part.device.port_options), dict(first.device.port_options)
         if part.driver.bus != first.driver.bus:
             continue  # One of them is on a bus of another kind, and that is told already.
-        if part.driver.line is Conversation and bit_rates[part.bus] not in (None, ways.get("baud")):
-            yield place, f"{part.name}: its timing needs `baud` here, not `bit_rate` of the bus alone"
+        if part.driver.bus == "serial" and bit_rates[part.bus] not in (None, ways.get("baud")):
+            yield place, f"{part.name}: say its `baud` here, not `bit_rate` at the bus alone"
         if part.driver.line is not first.driver.line:
             yield place, f"{part.name} and {first.name} can't share bus {part.bus!r}: one talks unasked"
         elif ways != others:

@@ -11,7 +11,7 @@ from echogrid.runtime.config import Config
 from echogrid.runtime.firing import Plan
 from echogrid.runtime.firing_groups import angle_between
 from echogrid.runtime.firing_patterns import AUDIBLE_NS
-from echogrid.runtime.firing_times import Pinger
+from echogrid.runtime.firing_times import Pinger, worst_gap_ns
 
 WITHIN = pi / 2
 """rad: rangers which look less than that apart hear each other by one wall."""
@@ -27,14 +27,6 @@ class Window:
     source: str
     bands: tuple[Band | None, ...]
     """m: from where it seems to come, in each cycle of the rotation; None: it comes too early or too late."""
-
-
-def worst_gap_ns(slot: Slot) -> int:
-    """The longest time between two pings of a ranger."""
-    apart = 2 if slot.listens_every else 1
-    rotation = range(len(slot.delays_ns))
-    gaps_ns = (slot.planned_ns(number + apart) - slot.planned_ns(number) for number in rotation)
-    return max(gaps_ns) + slot.jitter_ns
 
 
 def pings_per_s(plan: Plan) -> float:
@@ -71,7 +63,7 @@ def _window(plan: Plan, listener: Pinger, source: Pinger, speed: float) -> Windo
 def _band(own: Slot, other: Slot, number: int, reach: float, speed: float) -> Band | None:
     """r = (c/2) (L/c + t_tx - t_rx), for ways L from 0 to the longest that is audible."""
     found: list[Band] = []
-    for beside in (number - 1, number, number + 1):
+    for beside in range(number - 2, number + 3):
         lag_ns = other.planned_ns(beside) - own.planned_ns(number)
         nearest, farthest = (0.5e-9 * speed * (lag_ns + way_ns) for way_ns in (0, AUDIBLE_NS))
         if nearest < reach and farthest > 0.0:

@@ -7,7 +7,8 @@ from echogrid.drivers.role import Call
 from echogrid.drivers.sound import speed_of_sound
 from echogrid.runtime.config import Config
 from echogrid.runtime.firing import Plan
-from echogrid.runtime.schedule import Window, by_themselves, pings_per_s, windows, worst_gap_ns
+from echogrid.runtime.firing_times import worst_gap_ns
+from echogrid.runtime.schedule import Window, by_themselves, pings_per_s, windows
 
 _COLUMNS = 80
 """For the time."""
@@ -97,7 +98,7 @@ def _chart(plan: Plan, speed: float) -> Iterator[str]:
         for number in range(cycles):
             row[number * plan.period_ns // column_ns] = _CYCLE if number else _IDLE
         for number in range(cycles):
-            start_ns = plan.slots[name].planned_ns(number)
+            start_ns = plan.slots[name].planned_ns(number) % total_ns
             first, last = start_ns // column_ns, (start_ns + reaches[name]) // column_ns
             row[first : last + 1] = [_FIRES, *[_LISTENS] * (last - first)]
         yield f"{name.ljust(margin)}  {''.join(row[:columns])}"

@@ -109,6 +109,11 @@ def test_readings_far_apart_in_time_are_not_compared() -> None:
     assert not verified([ping(0, Outcome.ECHO, 1.0), ping(OLDEST_NS + 1, Outcome.ECHO, 1.0)])
 
 
+def test_one_that_tells_something_once_a_second_is_verified_even_if_two_are_lost() -> None:
+    pings = [ping(second * 1000 * MS, Outcome.ECHO, 1.0) for second in (0, 1, 3, 6)]
+    assert verified(pings) == pings
+
+
 def test_silence_between_two_echoes_parts_them() -> None:
     passed = verified([echo(0, 1.0), ping(100 * MS, Outcome.NO_ECHO), echo(2, 1.0)])
     assert [each.reading.outcome for each in passed] == [Outcome.NO_ECHO]

@@ -53,7 +53,7 @@ def test_devices_that_would_answer_for_each_other_are_refused_with_both_names() 
     with pytest.raises(ConfigError) as told:
         lines.lines(replace(config, sensor=tuple(sensors), wheel=wheels))
     text = str(told.value)
-    assert f"{sensors[1].name} and {sensors[0].name} share address 112" in text
+    assert f"{sensors[1].name} and {sensors[0].name} share address 0x70" in text
     assert f"{sensors[-1].name} and {sensors[-2].name} share the serial line" in text
     assert "right and left share node 0" in text
 
@@ -88,3 +88,8 @@ def test_rangers_that_can_t_be_on_one_line_are_refused(
 ) -> None:
     with pytest.raises(ConfigError, match=told):
         lines.lines(line_with(*sensors, bit_rate=bit_rate))
+
+
+def test_a_plan_is_refused_wherever_a_run_is() -> None:
+    with pytest.raises(ConfigError, match="share address"):
+        lines.plan_of(line_with(("urm12", {"address": 1}), ("urm15", {"address": 1})))

@@ -1,5 +1,5 @@
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, pairwise
 from math import radians
 from typing import Any
 
@@ -15,7 +15,7 @@ from echogrid.runtime.emulated import DEFAULT_ROBOT
 from echogrid.runtime.errors import ConfigError
 from echogrid.runtime.firing import Plan, firing_plan
 from echogrid.runtime.firing_groups import angle_between
-from echogrid.runtime.firing_times import RING_DOWN_NS, SLACK_NS, Pinger
+from echogrid.runtime.firing_times import RING_DOWN_NS, SLACK_NS, Pinger, worst_gap_ns
 
 MS = 1_000_000
 SPEED = 343.214
@@ -122,6 +122,15 @@ def test_nobody_to_be_told_needs_no_plan() -> None:
     assert plan(FiringConfig(), [], "stream") == Plan()
 
 
+def test_of_i2c_the_slowest_is_reckoned_with_that_is_usual_whatever_the_file_says() -> None:
+    config = built_in(FiringConfig(mode="eeruf"))
+    quick = replace(
+        config, bus=tuple(replace(bus, bit_rate=400_000) for bus in config.bus if bus.kind == "i2c")
+    )
+    others = tuple(bus for bus in config.bus if bus.kind != "i2c")
+    assert lines.plan_of(replace(quick, bus=(*quick.bus, *others))) == lines.plan_of(config)
+
+
 # A cycle for all
 
 
@@ -167,16 +176,62 @@ def test_a_bus_must_carry_all_within_the_cycle() -> None:
     assert made.period_ns >= 160 * MS
 
 
-def test_so_many_on_a_bus_that_is_held_are_refused() -> None:
+def test_of_those_that_hold_their_bus_one_fires_after_the_other() -> None:
     held = Pace(120 * MS, 20 * MS, 10 * MS, 0, holds_bus=True)
-    assert "no delays tell so many rangers apart" in refused(
-        FiringConfig(mode="eeruf", separation_deg=45.0), pingers(4, held)
-    )
+    made = plan(FiringConfig(mode="eeruf"), pingers(4, held))
+    assert 4 * 130 * MS < made.period_ns < 5 * 130 * MS
+    for number in range(3):
+        starts = sorted(slot.planned_ns(number) for slot in made.slots.values())
+        assert all(later - one >= 130 * MS for one, later in pairwise(starts))
 
 
-def test_readings_more_than_a_second_apart_are_not_compared() -> None:
-    told = refused(FiringConfig(verify=True, gap_ms=600.0), pingers(8))
-    assert "verify: the cycle takes 1200.0 ms" in told
+def test_a_cycle_in_which_a_bus_is_too_busy_is_refused_with_one_that_would_do() -> None:
+    busy = replace(PACE, collect_ns=8 * MS)
+    told = refused(FiringConfig(mode="eeruf", cycle_ms=100.0), pingers(8, busy))
+    assert "until every turn finds bus 'bus' idle" in told
+    assert "use more buses" in told
+    least = float(told.split("it takes ")[1].split(" ms")[0])
+    assert plan(FiringConfig(mode="eeruf", cycle_ms=least), pingers(8, busy)).period_ns == round(least * MS)
+    assert plan(FiringConfig(mode="eeruf"), pingers(8, busy)).period_ns == round(least * MS)
+
+
+def test_on_more_buses_the_same_rangers_have_a_shorter_cycle() -> None:
+    ring = pingers(8, replace(PACE, collect_ns=8 * MS))
+    spread = [replace(pinger, bus=f"bus {number % 2}") for number, pinger in enumerate(ring)]
+    firing = FiringConfig(mode="eeruf")
+    assert plan(firing, spread).period_ns < plan(firing, ring).period_ns
+
+
+def test_more_than_there_are_delays_for_are_refused() -> None:
+    ring = [replace(pinger, bus=pinger.name) for pinger in pingers(70)]
+    assert "no delays tell so many rangers apart" in refused(FiringConfig(mode="eeruf"), ring)
+
+
+def test_a_bus_that_no_cycle_is_long_enough_for_is_named() -> None:
+    endless = Pace(4_000 * MS, 20 * MS, 10 * MS, 0, holds_bus=True)
+    told = refused(FiringConfig(mode="eeruf"), pingers(4, endless))
+    assert "mode: no cycle is long enough until every turn finds bus 'bus' idle" in told
+
+
+def test_the_longest_gap_counts_delays_chance_and_turns_without_a_ping() -> None:
+    slot = Slot(100 * MS, 0, (0, 5 * MS, 2 * MS))
+    assert worst_gap_ns(slot) == 105 * MS
+    assert worst_gap_ns(Slot(100 * MS, 0, (0, 5 * MS, 2 * MS), jitter_ns=7 * MS)) == 112 * MS
+    assert worst_gap_ns(Slot(100 * MS, 0, (0, 5 * MS, 2 * MS), listens_every=4)) == 203 * MS
+
+
+def test_pings_too_far_apart_to_be_compared_are_refused() -> None:
+    told = refused(FiringConfig(verify=True, gap_ms=1600.0), pingers(8))
+    assert "verify: pings of 'r0' may be 3200.0 ms apart, and more than 3000 ms are not compared" in told
+    plan(FiringConfig(verify=True, gap_ms=1500.0), pingers(8))
+
+
+def test_chance_and_turns_that_only_listen_count_for_how_far_apart_they_are() -> None:
+    late = FiringConfig(verify=True, gap_ms=1400.0, jitter_ms=100.0)
+    plan(late, pingers(8))
+    plan(replace(late, listen_every=4, gap_ms=650.0), pingers(8, can_listen=True))
+    told = refused(replace(late, listen_every=4), pingers(8, can_listen=True))
+    assert "verify: pings of 'r0' may be 5900.0 ms apart" in told
 
 
 # Chance, and listening
@@ -216,6 +271,11 @@ def test_the_first_on_a_bus_fires_all_that_obey_a_general_call() -> None:
     made = plan(FiringConfig(mode="together", general_call=True), ring)
     assert made.calls == {"r0": Call.ALL, "r1": Call.CALLED, "r2": Call.CALLED}
     assert plan(FiringConfig(mode="together"), ring).calls == {}
+
+
+def test_a_general_call_is_refused_where_nobody_obeys_it() -> None:
+    told = refused(FiringConfig(mode="together", general_call=True), pingers(4))
+    assert "general_call: no ranger here obeys a general call" in told
 
 
 def test_a_call_that_would_fire_other_groups_is_refused() -> None:

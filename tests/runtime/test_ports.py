@@ -56,7 +56,7 @@ def test_a_bus_without_devices_needs_no_port() -> None:
 
 def test_all_impossible_bit_rates_are_told_at_once() -> None:
     config = robot_file.load(DEFAULT_ROBOT)
-    config = replace(config, bus=tuple(replace(bus, bit_rate=1) for bus in config.bus))
+    wrong = replace(config, bus=tuple(replace(bus, bit_rate=1) for bus in config.bus))
     with pytest.raises(ConfigError) as caught:
-        ports(config, Path())
+        real_ports(wrong, lines.lines(config), Path())
     assert [place for place, _ in caught.value.found] == [("bus", index) for index in range(1, 6)]

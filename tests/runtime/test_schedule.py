@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -33,13 +34,6 @@ def window(firing: FiringConfig, listener: str, source: str) -> schedule.Window 
     config = ring(firing)
     found = schedule.windows(config, plan_of(config))
     return next((each for each in found if (each.listener, each.source) == (listener, source)), None)
-
-
-def test_the_longest_gap_counts_delays_chance_and_turns_without_a_ping() -> None:
-    slot = Slot(100 * MS, 0, (0, 5 * MS, 2 * MS))
-    assert schedule.worst_gap_ns(slot) == 105 * MS
-    assert schedule.worst_gap_ns(Slot(100 * MS, 0, (0, 5 * MS, 2 * MS), jitter_ns=7 * MS)) == 112 * MS
-    assert schedule.worst_gap_ns(Slot(100 * MS, 0, (0, 5 * MS, 2 * MS), listens_every=4)) == 203 * MS
 
 
 def test_pings_are_counted_without_the_turns_that_only_listen() -> None:
@@ -110,6 +104,15 @@ def test_with_changing_delays_the_chart_shows_the_whole_rotation() -> None:
     assert len(chart) == 16
     assert all(line.count("#") == 3 for line in chart)
     assert all(len(line) <= 110 for line in lines)
+
+
+def test_delays_of_almost_a_cycle_are_on_the_chart_too() -> None:
+    config = ring(FiringConfig(mode="eeruf"))
+    plan = plan_of(config)
+    late = {name: replace(slot, delays_ns=(80 * MS, 90 * MS, 99 * MS)) for name, slot in plan.slots.items()}
+    lines = timeline.text(config, replace(plan, slots=late))
+    chart = [line for line in lines if line.startswith("ring_") and "#" in line]
+    assert [line.count("#") for line in chart] == [3] * 16
 
 
 def test_rangers_that_another_one_fires_are_called() -> None:
