@@ -37,7 +37,7 @@ def range_register(farthest: float, speed_of_sound: float) -> int:
     steps = max(ceil(farthest / step), 1)
     if farthest < 0.0 or steps > GATE_STEPS:
         reach = floor(100 * GATE_STEPS * step) / 100
-        raise ValueError(f"farthest is {farthest}: expected 0.0 to {reach}")
+        raise ValueError(f"max_m is {farthest}: expected 0.0 to {reach}")
     return steps - 1
 
 

@@ -65,7 +65,7 @@ class DevantechLineMake(Make[SerialTransfer]):
         On one wire a break comes before each message, and the message is heard back.
         """
         self.where = f"address {address}"
-        require_between("farthest", role.farthest, 0.0, round(LISTENS_NS * 1e-9 * role.speed_of_sound / 2, 2))
+        require_between("max_m", role.farthest, 0.0, round(LISTENS_NS * 1e-9 * role.speed_of_sound / 2, 2))
         self._longest = LISTENS_NS * 1e-9 * role.speed_of_sound / 2
         self._address = address
         self._metres = metres

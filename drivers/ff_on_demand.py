@@ -133,6 +133,6 @@ class FfOnDemand(CommandedRanger[SerialTransfer]):
 
     def __init__(self, role: RangerRole, settings: Settings) -> None:
         """Raises ValueError if more is asked for than the part reaches."""
-        require_between("farthest", role.farthest, 0.0, settings.chosen.reach_m)
+        require_between("max_m", role.farthest, 0.0, settings.chosen.reach_m)
         super().__init__(role, FfOnDemandMake(role, settings))
         self.port_options: Mapping[str, object] = {"baud": settings.baud}

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from echogrid.drivers.bus import I2cMessage, I2cTransfer, Result
 from echogrid.drivers.course import Course
 from echogrid.drivers.device import State
-from echogrid.drivers.limits import require_between
 from echogrid.drivers.make import Fired, Trouble
 
 TRIES = 8
@@ -16,7 +15,8 @@ QUICK_NS = 5_000_000
 
 def require_address(address: int, lowest: int = 0x08, highest: int = 0x77) -> None:
     """Raise ValueError for an address (7 bit) that a chip can't have; the others are reserved on I2C."""
-    require_between("address", address, lowest, highest)
+    if not lowest <= address <= highest:
+        raise ValueError(f"address is {address:#04x}: expected {lowest:#04x} to {highest:#04x} (7 bit)")
 
 
 @dataclass(frozen=True, slots=True)

@@ -54,7 +54,7 @@ class I2cxlMake(OneMessageMake):
 
     def __init__(self, role: RangerRole, settings: "I2cxl.Settings") -> None:
         super().__init__(settings.address, FIRE, RESOLUTION_NS)
-        require_between("farthest", role.farthest, 0.0, FARTHEST_CM / 100)
+        require_between("max_m", role.farthest, 0.0, FARTHEST_CM / 100)
         self._settings = settings
         own_speed = settings.speed_of_sound_m_s or role.speed_of_sound
         self._metres = 0.01 * role.speed_of_sound / own_speed
@@ -78,7 +78,8 @@ class I2cxlMake(OneMessageMake):
         if value == self._settings.no_echo_cm:
             return Answer()
         if not 0 < value <= FARTHEST_CM:
-            return Answer(doubt=f"{value} cm is no range (1 to {FARTHEST_CM})", gone=False)
+            doubt = f"it says {data.hex(' ')}, which is no range (1 to {FARTHEST_CM} cm)"
+            return Answer(doubt=doubt, gone=False)
         return Answer((value * self._metres,), nearest=self._nearest)
 
 

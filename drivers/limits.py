@@ -2,6 +2,6 @@
 
 
 def require_between(key: str, value: int | float, lowest: int | float, highest: int | float) -> None:
-    """Raise ValueError, naming key and range, unless lowest <= value <= highest."""
+    """Raise ValueError, naming key and range, unless lowest <= value <= highest; the key is robot.toml's."""
     if not lowest <= value <= highest:
         raise ValueError(f"{key} is {value}: expected {lowest} to {highest}")

@@ -119,6 +119,6 @@ class Maxbotix(StreamingRanger):
     def __init__(self, role: RangerRole, settings: Settings) -> None:
         """Raises ValueError if more is asked for than the model reaches."""
         reach = settings.nothing * settings.family.unit.scale(role.speed_of_sound)
-        require_between("farthest", role.farthest, 0.0, round(reach, 3))
+        require_between("max_m", role.farthest, 0.0, round(reach, 3))
         super().__init__(role, MaxbotixMake(role, settings))
         self.port_options: Mapping[str, object] = {"baud": settings.baud}

@@ -42,7 +42,7 @@ class Rcwl9620Make(OneMessageMake):
 
     def __init__(self, role: RangerRole, settings: "Rcwl9620.Settings") -> None:
         super().__init__(settings.address, FIRE, RESOLUTION_NS)
-        require_between("farthest", role.farthest, 0.0, NO_ECHO_UM * 1e-6)
+        require_between("max_m", role.farthest, 0.0, NO_ECHO_UM * 1e-6)
         self._scale = 1e-6 * role.speed_of_sound / settings.speed_of_sound_m_s
 
     def set_up(self) -> Course[I2cTransfer, Trouble | None]:

@@ -40,7 +40,7 @@ class Srf02Make(DevantechMake):
 
     def __init__(self, role: RangerRole, settings: "Srf02.Settings") -> None:
         super().__init__(role, settings.address, REGISTERS)
-        require_between("farthest", role.farthest, 0.0, round(self._metres(FULL_PING_NS / 1e3), 2))
+        require_between("max_m", role.farthest, 0.0, round(self._metres(FULL_PING_NS / 1e3), 2))
 
     def _command(self, listens: bool) -> int:
         return LISTEN_MICROSECONDS if listens else MICROSECONDS

@@ -38,7 +38,7 @@ class Srf235Make(DevantechMake):
 
     def __init__(self, role: RangerRole, settings: "Srf235.Settings") -> None:
         super().__init__(role, settings.address, registers=4)
-        require_between("farthest", role.farthest, 0.0, FARTHEST)
+        require_between("max_m", role.farthest, 0.0, FARTHEST)
         self._ping_command = settings.command
         metres = settings.unit_mm / 1000
         self._unit_us = 1.0 if settings.command == MICROSECONDS else 2e6 * metres / GATE_SPEED

@@ -105,7 +105,10 @@ class StreamingRanger:
 
     def _condition(self, now_ns: int) -> tuple[State, str]:
         if self._heard_ns is None or now_ns - self._heard_ns > self._make.patience_ns:
-            return State.SILENT, "silent: check its power and TX wire; some parts are silent without an echo"
+            return (
+                State.SILENT,
+                "nothing comes: check power and TX wire; some parts are silent without an echo",
+            )
         if now_ns - self._awaited_ns > self._make.patience_ns:
             return State.GARBLED, f"bytes, but no frames: {self._make.garbled}"
         if self._latest is None or now_ns - self._framed_ns > self._make.patience_ns:

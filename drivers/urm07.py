@@ -79,7 +79,7 @@ class Urm07Make(Make[SerialTransfer]):
 
     def __init__(self, role: RangerRole, settings: "Urm07.Settings") -> None:
         self.where = f"address {settings.address:#04x}"
-        require_between("farthest", role.farthest, 0.0, FARTHEST)
+        require_between("max_m", role.farthest, 0.0, FARTHEST)
         self._address = settings.address
         self._baud = settings.baud
         self._unit = settings.unit_mm / 1000

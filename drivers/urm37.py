@@ -58,7 +58,7 @@ class Urm37Make(Make[SerialTransfer]):
     patience_ns = 0
 
     def __init__(self, role: RangerRole, settings: "Urm37.Settings") -> None:
-        require_between("farthest", role.farthest, 0.0, FARTHEST)
+        require_between("max_m", role.farthest, 0.0, FARTHEST)
         self._unit = settings.unit_mm / 1000
         self._no_echo = settings.no_echo
 

@@ -57,7 +57,7 @@ class Model:
 
     def span(self, farthest: float) -> Span:
         """The shortest range which is that long (m). Raises ValueError if there is none."""
-        require_between("farthest", farthest, 0.0, self.spans[-1].farthest)
+        require_between("max_m", farthest, 0.0, self.spans[-1].farthest)
         return next(span for span in self.spans if farthest <= span.farthest)
 
 

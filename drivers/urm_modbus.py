@@ -79,7 +79,7 @@ class UrmMake(ModbusMake):
     patience_ns = PATIENCE_NS
 
     def __init__(self, role: RangerRole, settings: UrmSettings, kind: Kind) -> None:
-        require_between("farthest", role.farthest, 0.0, kind.range.farthest)
+        require_between("max_m", role.farthest, 0.0, kind.range.farthest)
         super().__init__(settings)
         self.ping_ns = self.rest_ns = round(settings.ping_ms * 1e6)
         self._within_ns = round(settings.reply_ms * 1e6)

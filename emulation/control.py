@@ -99,8 +99,10 @@ def request(path: Path, message: Mapping[str, object], timeout_s: float = 2.0) -
             client.sendall(_line(message))
             with client.makefile("rb") as stream:
                 line = stream.readline()
+        except (FileNotFoundError, ConnectionRefusedError) as error:
+            raise ControlError(f"{path}: no emulator runs there: start one with: echogrid emulate") from error
         except OSError as error:
-            raise ControlError(f"{path}: no answer: {error} (does an emulator run there?)") from error
+            raise ControlError(f"{path}: no answer: {error.strerror or error}") from error
     if not line:
         raise ControlError(f"{path}: the emulator has gone")
     reply = json.loads(line)

@@ -9,7 +9,7 @@ from echogrid.mapping.placed_ping import PlacedPing
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.stop_layer import StopLayer
 from echogrid.mapping.verification import Believer, Verifier, heard_at
-from echogrid.mapping.virtual_sensor import ObstacleView, VirtualSensor
+from echogrid.mapping.virtual_sensor import ObstacleView, StopReason, VirtualSensor
 
 
 class Lookout:
@@ -39,7 +39,7 @@ class Lookout:
     def view(self, robot: Pose, now_ns: int) -> ObstacleView:
         """The obstacles around the robot."""
         view = self._sensor.view(self._local, robot, now_ns)
-        return replace(view, stop=view.stop or self._stop.must_stop(now_ns))
+        return replace(view, reason=StopReason.NEAR) if self._stop.must_stop(now_ns) else view
 
     def _fuse(self, ping: PlacedPing) -> None:
         """For avoidance, what is too close is an obstacle at the blanking distance."""

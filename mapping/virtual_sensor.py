@@ -35,6 +35,15 @@ class Sector:
     """m from base_link to the nearest occupied cell within the horizon; inf if there is none."""
 
 
+class StopReason(Enum):
+    """Why the way ahead may not be driven, the worst first."""
+
+    NEAR = "near"
+    """Something within the stop distance, by the grid or by an echo."""
+    UNKNOWN = "unknown"
+    STALE = "stale"
+
+
 @dataclass(frozen=True, slots=True)
 class ObstacleView:
     """What the virtual sensor publishes each tick."""
@@ -42,8 +51,13 @@ class ObstacleView:
     stamp_ns: int
     sectors: tuple[Sector, ...]
     """Counter-clockwise, the first one straight ahead."""
-    stop: bool
-    """Something within the stop distance ahead, by the grid or by an echo; or ahead is unknown or stale."""
+    reason: StopReason | None
+    """Why the robot must stop, if it must."""
+
+    @property
+    def stop(self) -> bool:
+        """Whether the robot must stop for what is ahead, or may be."""
+        return self.reason is not None
 
     @property
     def nearest(self) -> Sector:
@@ -100,7 +114,7 @@ class VirtualSensor:
             )
             for k in range(self._sight.sectors)
         )
-        return ObstacleView(now_ns, sectors, self._must_stop(sectors))
+        return ObstacleView(now_ns, sectors, self._stop_reason(sectors))
 
     def _sectors(self, yaw: float) -> NDArray[np.intp]:
         """(n,) The sector of each cell within the horizon."""
@@ -124,10 +138,11 @@ class VirtualSensor:
             return SectorState.UNKNOWN
         return SectorState.CLEAR if recent >= self._sight.known else SectorState.STALE
 
-    def _must_stop(self, sectors: tuple[Sector, ...]) -> bool:
-        blind = SectorState.UNKNOWN, SectorState.STALE
-        return any(
-            sector.state in blind or sector.nearest <= self._sight.stop_distance
-            for sector in sectors
-            if abs(sector.bearing) <= self._sight.ahead + _ROUNDING
-        )
+    def _stop_reason(self, sectors: tuple[Sector, ...]) -> StopReason | None:
+        ahead = [sector for sector in sectors if abs(sector.bearing) <= self._sight.ahead + _ROUNDING]
+        states = {sector.state for sector in ahead}
+        if any(sector.nearest <= self._sight.stop_distance for sector in ahead):
+            return StopReason.NEAR
+        if SectorState.UNKNOWN in states:
+            return StopReason.UNKNOWN
+        return StopReason.STALE if SectorState.STALE in states else None

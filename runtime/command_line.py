@@ -25,6 +25,7 @@ _COMMANDS = (run, make_map, schedule, scan, read, set_address, emulate, fault, e
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Do what the arguments say; the exit code."""
+    _stand_in_for_closed_streams()
     try:
         code = _done(arguments)
         sys.stdout.flush()
@@ -34,6 +35,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for stream in (sys.stdout, sys.stderr):
             os.dup2(nowhere, stream.fileno())
         return 1
+
+
+def _stand_in_for_closed_streams() -> None:
+    """What is said to a stream that is closed from the start goes nowhere, and no port gets its number."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode))
 
 
 def _done(arguments: Sequence[str] | None) -> int:
@@ -65,6 +73,8 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _told(error: Exception) -> str:
+    if isinstance(error, FileExistsError | NotADirectoryError):
+        return f"{error.filename}: is no folder"
     if isinstance(error, OSError) and not isinstance(error, EchogridError) and error.filename:
         return f"{error.filename}: {error.strerror}"
     return str(error)

@@ -9,11 +9,11 @@ from echogrid.drivers import registry
 from echogrid.drivers.clock import Clock
 from echogrid.drivers.errors import UnknownDriverError
 from echogrid.runtime.config import BusConfig, Config, SensorConfig, WheelConfig
-from echogrid.runtime.errors import ConfigError, UsageError
+from echogrid.runtime.errors import ConfigError, UsageError, described
 from echogrid.runtime.lines import line_of
 from echogrid.runtime.lone_bus import LoneBus, lone_bus
 from echogrid.runtime.ports import real_ports
-from echogrid.runtime.toml_values import hint
+from echogrid.runtime.toml_values import nearest
 
 FARTHEST_M = 4.0
 """The reach that is asked of a ranger of which nothing else is known."""
@@ -28,7 +28,7 @@ def alone(config: Config, name: str) -> Config:
     wheels = tuple(wheel for wheel in config.wheel if wheel.name == name)
     if not sensors and not wheels:
         known = [each.name for entries in (config.sensor, config.wheel) for each in entries]
-        raise UsageError([f"no [[sensor]] or [[wheel]] named {name!r}{hint(name, known)}"])
+        raise UsageError([f"no [[sensor]] or [[wheel]] named {name!r}{nearest(name, known)}"])
     return Config(config.robot, config.bus, sensors, wheels)
 
 
@@ -51,8 +51,8 @@ def on_port(driver: str, port: str, settings: Mapping[str, Any]) -> Config:
         try:
             line_of(config)
         except ConfigError as error:
-            if farthest == LEAST_M or "farthest" not in str(error):
-                raise UsageError([what for _, what in error.found]) from error
+            if farthest == LEAST_M or "max_m" not in str(error):
+                raise UsageError([described(place[2:], what) for place, what in error.found]) from error
         else:
             break
     return config

@@ -11,7 +11,7 @@ from typing import Any
 from echogrid.runtime.config import Config, SensorConfig, WheelConfig
 from echogrid.runtime.errors import ConfigError, UsageError, described
 from echogrid.runtime.toml_lines import Place, key_lines
-from echogrid.runtime.toml_values import Problem, hint, structured
+from echogrid.runtime.toml_values import Problem, nearest, structured
 
 
 def load(path: Path) -> Config:
@@ -44,7 +44,18 @@ def located(path: Path) -> Iterator[None]:
 
 def _checked(table: dict[str, Any]) -> tuple[Config | None, list[Problem]]:
     config, problems = structured(_with_settings_apart(table), Config)
-    return config, problems if config is None else list(_contradictions(config))
+    if config is not None:
+        return config, list(_contradictions(config))
+    return None, [(place, what + _for_want_of_driver(table, place)) for place, what in problems]
+
+
+def _for_want_of_driver(table: dict[str, Any], place: Place) -> str:
+    """What to add about a key which may be a driver's, where no driver is named."""
+    match place:
+        case ("sensor" as kind, int(index), str(key)) if "driver" not in table[kind][index]:
+            common = {each.name for each in fields(SensorConfig)}
+            return "" if key in common else "; a driver's own keys need `driver`, which is missing"
+    return ""
 
 
 def _with_settings_apart(table: dict[str, Any]) -> dict[str, Any]:
@@ -70,6 +81,7 @@ def _contradictions(config: Config) -> Iterator[Problem]:
     yield from _taken("sensor", [sensor.name for sensor in config.sensor])
     yield from _taken("wheel", [wheel.name for wheel in config.wheel])
     yield from _sensors_named_as_wheels(config)
+    yield from _ports_taken(config)
     yield from _without_bus("sensor", [sensor.bus for sensor in config.sensor], config)
     yield from _without_bus("wheel", [wheel.bus for wheel in config.wheel], config)
     yield from _misfires(config)
@@ -90,21 +102,30 @@ def _sensors_named_as_wheels(config: Config) -> Iterator[Problem]:
             yield ("sensor", index, "name"), f"`name` is taken: there is a [[wheel]] named {sensor.name!r}"
 
 
+def _ports_taken(config: Config) -> Iterator[Problem]:
+    """Of CAN only the interface says what a channel is."""
+    owners: dict[tuple[str, str], str] = {}
+    for index, bus in enumerate(config.bus):
+        owner = owners.setdefault((bus.interface if bus.kind == "can" else "", bus.port), bus.name)
+        if owner != bus.name:
+            yield ("bus", index, "port"), f"`port` is taken: {bus.port!r} is that of bus {owner!r}"
+
+
 def _without_bus(kind: str, named: list[str | None], config: Config) -> Iterator[Problem]:
-    buses = {bus.name for bus in config.bus}
+    buses = [bus.name for bus in config.bus]
     for index, name in enumerate(named):
         if name is not None and name not in buses:
-            yield (kind, index, "bus"), f"there is no [[bus]] named {name!r}{hint(name, buses)}"
+            yield (kind, index, "bus"), f"there is no [[bus]] named {name!r}{nearest(name, buses)}"
 
 
 def _misfires(config: Config) -> Iterator[Problem]:
-    sensors = {sensor.name for sensor in config.sensor}
+    sensors = [sensor.name for sensor in config.sensor]
     fired = [name for group in config.firing.groups for name in group]
     if not all(config.firing.groups):
         yield ("firing", "groups"), "a group without rangers: take it out"
     for name in sorted(set(fired)):
         if name not in sensors:
-            yield ("firing", "groups"), f"there is no [[sensor]] named {name!r}{hint(name, sensors)}"
+            yield ("firing", "groups"), f"there is no [[sensor]] named {name!r}{nearest(name, sensors)}"
         if fired.count(name) > 1:
             yield ("firing", "groups"), f"{name!r} stands in two groups"
 

@@ -26,23 +26,27 @@ class Status:
     devices: tuple[DeviceReport, ...]
 
     def line(self) -> str:
-        """For a terminal."""
-        ailing = [each.device for each in self.devices if each.health.level is not Level.OK]
-        health = f"{len(self.devices) - len(ailing)}/{len(self.devices)} devices ok"
+        """For a terminal, what matters most first: a narrow one shows no more than 79 characters."""
         return (
-            f"{self.elapsed_s:7.1f} s  {self.tick_rate_hz:5.1f} Hz  late {self.late}  "
-            f"skipped {self.skipped}  {self.readings_per_s:5.0f} readings/s  {self._obstacle()}  "
-            f"{self.snapshot.travelled:6.1f} m driven  {health}{': ' if ailing else ''}{', '.join(ailing)}"
+            f"{self.elapsed_s:6.1f} s  {self._way():12}  {self._nearest():26}  "
+            f"{self.snapshot.travelled:5.1f} m driven  {self._health()}  {self.tick_rate_hz:.1f} Hz  "
+            f"late {self.late}  skipped {self.skipped}  {self.readings_per_s:.0f} readings/s"
         )
 
-    def _obstacle(self) -> str:
+    def _way(self) -> str:
+        reason = self.snapshot.view.reason
+        return f"STOP {reason.value}" if reason else "free"
+
+    def _nearest(self) -> str:
         nearest = self.snapshot.view.nearest
-        where = (
-            "nearest   none"
-            if isinf(nearest.nearest)
-            else (f"nearest {nearest.nearest:.2f} m at {degrees(nearest.bearing):+4.0f} deg")
-        )
-        return f"{where}  {'STOP' if self.snapshot.view.stop else 'free'}"
+        if isinf(nearest.nearest):
+            return "nearest none"
+        return f"nearest {nearest.nearest:.2f} m at {degrees(nearest.bearing):+4.0f} deg"
+
+    def _health(self) -> str:
+        ailing = [each.device for each in self.devices if each.health.level is not Level.OK]
+        well = f"{len(self.devices) - len(ailing)}/{len(self.devices)} ok"
+        return f"{well}: {', '.join(ailing)}" if ailing else well
 
 
 class Meter:

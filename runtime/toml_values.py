@@ -40,6 +40,13 @@ def hint(word: str, known: Iterable[str]) -> str:
     return f" (did you mean `{near[0]}`?)" if near else ""
 
 
+def nearest(word: str, known: Iterable[str]) -> str:
+    """A guess at what was meant or, if nothing is near, all that there is; ready to be appended."""
+    names = list(known)
+    everything = f" (there are: {', '.join(names)})" if names else " (there is none)"
+    return hint(word, names) or everything
+
+
 def _problems(error: Exception, place: Place) -> Iterator[Problem]:
     """Place and reason of each error within one of cattrs, which nests as the tables do."""
     match error:

@@ -5,6 +5,7 @@ import select
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -58,7 +59,7 @@ class CanPort:
         try:
             self._bus = can.Bus(channel=self._address, ignore_config=True, **self._options)
         except (can.CanError, OSError, ValueError, TypeError, NotImplementedError) as error:
-            raise cannot_open("CAN", self._address, "dialout", error, _errno(error)) from error
+            raise self._cannot_open(error) from error
         try:
             self._descriptor = self._bus.fileno()
         except NotImplementedError:
@@ -157,6 +158,12 @@ class CanPort:
             raise PortError(f"{self._address}: not open")
         return self._bus
 
+    def _cannot_open(self, error: Exception) -> PortError:
+        if self._options["interface"] == "socketcan" and Path(self._address).is_char_device():
+            mend = 'it is a serial port: say interface = "slcan"'
+            return PortError(f"{self._address}: cannot open this CAN port: {mend}")
+        return cannot_open("CAN", self._address, "dialout", error)
+
     def _lost(self, error: Exception) -> PortError:
         return PortError(f"{self._address}: CAN port lost, was it unplugged or set down? ({error})")
 
@@ -177,9 +184,3 @@ def _message(frame: CanFrame) -> "can.Message":
         is_extended_id=frame.extended,
         is_remote_frame=frame.remote,
     )
-
-
-def _errno(error: Exception) -> int | None:
-    """The errno of the error or of the one behind it."""
-    cause = error if isinstance(error, OSError) else error.__cause__
-    return cause.errno if isinstance(cause, OSError) else None

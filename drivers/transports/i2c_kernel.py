@@ -37,7 +37,7 @@ class KernelAdapter:
             ioctl(cast(int, bus.fd), I2C_TIMEOUT, ceil(self._timeout_s * 100))
         except OSError as error:
             bus.close()
-            raise cannot_open("I2C", self._address, "i2c", error, error.errno) from error
+            raise cannot_open("I2C", self._address, "i2c", error) from error
         self._bus = bus
 
     def close(self) -> None:

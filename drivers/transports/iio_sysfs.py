@@ -59,6 +59,8 @@ class SysfsAdapter:
         return matching[0]
 
     def _require_folder(self, trouble: str) -> None:
+        if self._folder.is_socket():
+            raise PortError(f"{self._folder}: it is a socket: write unix:{self._folder}")
         if not self._folder.is_dir():
             mend = "load the ranger's kernel driver: sudo dtoverlay NAME, or sudo modprobe srf04"
             raise PortError(f"{self._folder}: {trouble} ({mend}; see docs/devices/kernel-iio.md)")

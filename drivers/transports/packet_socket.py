@@ -30,7 +30,7 @@ class PacketSocket:
         except OSError as error:
             client.close()
             kind = f"{self._kind} socket"
-            raise cannot_open(kind, self._path, self._kind.lower(), error, error.errno) from error
+            raise cannot_open(kind, self._path, self._kind.lower(), error) from error
         self._socket = client
 
     def close(self) -> None:

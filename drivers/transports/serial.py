@@ -51,8 +51,7 @@ class SerialPort:
                 exclusive=True,
             )
         except (OSError, ValueError, termios.error) as error:
-            code = error.errno if isinstance(error, OSError) else None
-            raise cannot_open("serial", self._address, "dialout", error, code) from error
+            raise cannot_open("serial", self._address, "dialout", error) from error
         _hand_over_at_once(self._serial)
 
     def close(self) -> None:

@@ -50,8 +50,14 @@ def _message(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _show(answer: Any) -> None:
-    active = {fault["name"]: fault for fault in answer["faults"]}
+    active: dict[str, list[str]] = {}
+    for fault in answer["faults"]:
+        active.setdefault(fault["name"], []).append(_lasting(fault["verb"], fault["for_s"]))
     width = max(map(len, answer["verbs"]), default=0)
     for name, verbs in answer["verbs"].items():
-        now = f"  now: {active[name]['verb']}" if name in active else ""
+        now = f"  now: {', '.join(active[name])}" if name in active else ""
         print(f"{name:{width}}  {', '.join(verbs)}{now}")
+
+
+def _lasting(verb: str, left_s: float | None) -> str:
+    return verb if left_s is None else f"{verb} (for {left_s:.1f} s more)"

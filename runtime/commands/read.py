@@ -10,13 +10,17 @@ from typing import TYPE_CHECKING
 from echogrid.runtime.commands.arguments import add_directory, add_settings, count, duration
 
 if TYPE_CHECKING:
+    from echogrid.drivers.device import State
     from echogrid.drivers.readings import Reading
+    from echogrid.runtime.acquisition import DeviceReport
     from echogrid.runtime.commands.arguments import Commands
     from echogrid.runtime.config import Config
     from echogrid.runtime.lone_bus import LoneBus
 
 _LOOK_S = 0.2
 """How often the device's health is looked at."""
+_PAUSE_NS = 1_000_000_000
+"""Texts that take turns are no news."""
 
 
 def add(commands: "Commands") -> None:
@@ -71,25 +75,51 @@ def _show(bus: "LoneBus", arguments: argparse.Namespace) -> int:
     from echogrid.drivers.clock import MonotonicClock
     from echogrid.runtime.acquisition import device_reports
 
-    clock = MonotonicClock()
-    start_ns, shown, health = clock.now_ns(), 0, ""
+    clock, news, lines = MonotonicClock(), HealthNews(), _Lines(arguments.json)
+    start_ns, shown = clock.now_ns(), 0
     until_s = arguments.duration or float("inf")
     while (elapsed_s := (clock.now_ns() - start_ns) * 1e-9) < until_s and shown != arguments.count:
         bus.turn_until(lambda: bus.waiting > 0, min(_LOOK_S, until_s - elapsed_s))
         readings = bus.take()[: None if arguments.count is None else arguments.count - shown]
         shown += len(readings)
-        _print(readings, start_ns, arguments.json)
+        lines.show(readings)
         (report,) = device_reports([bus.pump], clock.now_ns())
-        said = f"{report.device}: {report.health.state.value}: {report.health.message}"
-        if said != health:
-            print(said, file=sys.stderr, flush=True)
-            health = said
+        if line := news.line(report, clock.now_ns()):
+            print(line, file=sys.stderr, flush=True)
     return 0 if shown else 1
 
 
-def _print(readings: "Sequence[Reading]", start_ns: int, as_json: bool) -> None:
-    from echogrid.runtime.reading_text import as_line, as_object
+class HealthNews:
+    """Which changes of a device's health are told: a new state at once, none more than once a second."""
 
-    for reading in readings:
-        text = json.dumps(as_object(reading)) if as_json else as_line(reading, start_ns)
-        print(text, flush=True)
+    def __init__(self) -> None:
+        self._said = ""
+        self._told_ns: dict[State, int] = {}
+
+    def line(self, report: "DeviceReport", now_ns: int) -> str | None:
+        """What is to be told now, if anything is."""
+        health = report.health
+        said = f"{report.device}: {health.state.value}: {health.message}"
+        told_ns = self._told_ns.get(health.state)
+        if said == self._said or (told_ns is not None and now_ns - told_ns < _PAUSE_NS):
+            return None
+        self._said, self._told_ns[health.state] = said, now_ns
+        return said
+
+
+class _Lines:
+    """Readings on stdout. Times count from the first: what comes unasked was measured before it is read."""
+
+    def __init__(self, as_json: bool) -> None:
+        self._as_json = as_json
+        self._first_ns: int | None = None
+
+    def show(self, readings: "Sequence[Reading]") -> None:
+        """Print them."""
+        from echogrid.runtime.reading_text import as_line, as_object
+
+        for reading in readings:
+            if self._first_ns is None:
+                self._first_ns = reading.stamp_ns
+            text = json.dumps(as_object(reading)) if self._as_json else as_line(reading, self._first_ns)
+            print(text, flush=True)

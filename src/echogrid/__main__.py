@@ -1,8 +1,17 @@
-"""`python -m echogrid`: the command line."""
+"""`echogrid`, and `python -m echogrid`: the command line."""
 
 import sys
 
-from echogrid.runtime.command_line import main
+
+def main() -> int:
+    """Do what the arguments say; the exit code. Ctrl-C ends it quietly even while it is being loaded."""
+    try:
+        from echogrid.runtime import command_line
+
+        return command_line.main()
+    except KeyboardInterrupt:
+        return 130
+
 
 if __name__ == "__main__":
     sys.exit(main())

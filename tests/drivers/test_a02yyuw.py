@@ -103,7 +103,7 @@ def test_each_part_has_its_lag_and_its_codes_and_the_user_has_the_last_word() ->
 
 def test_more_than_the_part_reaches_is_refused() -> None:
     far = replace(ROLE, farthest=6.0)
-    with raises(ValueError, match=r"farthest is 6\.0: expected 0\.0 to 4\.5"):
+    with raises(ValueError, match=r"max_m is 6\.0: expected 0\.0 to 4\.5"):
         A02yyuw(far, A02yyuw.Settings())
     A02yyuw(far, A02yyuw.Settings(part="jsn-sr04t"))
     A02yyuw(far, A02yyuw.Settings(reach_m=6.0))

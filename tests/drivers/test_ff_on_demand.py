@@ -211,7 +211,7 @@ def test_without_a_slot_it_pings_as_often_as_it_may() -> None:
 
 
 def test_more_than_the_part_reaches_is_refused() -> None:
-    with raises(ValueError, match=r"farthest is 7\.0: expected 0\.0 to 6\.0"):
+    with raises(ValueError, match=r"max_m is 7\.0: expected 0\.0 to 6\.0"):
         Bench(replace(ROLE, farthest=7.0))
 
 

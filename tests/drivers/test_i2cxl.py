@@ -109,7 +109,7 @@ def test_an_error_value_is_faulty_until_there_is_a_range_again() -> None:
     health = each.device.health(each.now_ns)
     assert (health.state, health.message) == (
         State.FAULTY,
-        "invalid reading: -2 cm is no range (1 to 765)",
+        "invalid reading: it says ff fe, which is no range (1 to 765 cm)",
     )
     each.registers = b"\x00\xc8"
     each.run(300 * MS)
@@ -167,19 +167,19 @@ def test_only_addresses_that_it_takes_can_be_asked_for(address: int) -> None:
 @mark.parametrize(
     ("key", "value", "allowed"),
     [
-        ("address", 0x80, "8 to 127"),
+        ("address", 0x80, "0x08 to 0x7f"),
         ("minimum_cm", 0, "1 to 100"),
         ("no_echo_cm", -1, "0 to 32767"),
         ("speed_of_sound_m_s", 34.0, "300.0 to 400.0"),
     ],
 )
 def test_impossible_settings_are_refused_by_name(key: str, value: float, allowed: str) -> None:
-    with raises(ValueError, match=f"{key} is {value}: expected {allowed}"):
+    with raises(ValueError, match=f"{key} is .*: expected {allowed}"):
         I2cxl.Settings(**{key: value})
 
 
 def test_a_reach_beyond_the_parts_is_refused() -> None:
-    with raises(ValueError, match=r"farthest is 8.0: expected 0.0 to 7.65"):
+    with raises(ValueError, match=r"max_m is 8.0: expected 0.0 to 7.65"):
         I2cxl(role(0.25, 8.0), I2cxl.Settings())
 
 

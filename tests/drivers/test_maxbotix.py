@@ -127,7 +127,7 @@ def test_impossible_settings_are_refused_by_name(wrong: dict[str, int]) -> None:
 @mark.parametrize("model", MODELS)
 def test_more_than_a_model_reaches_is_refused(model: str) -> None:
     reach = MODELS[model].no_echo * MODELS[model].unit.metres
-    with raises(ValueError, match=r"farthest is .*: expected"):
+    with raises(ValueError, match=r"max_m is .*: expected"):
         ranger(model, replace(ROLE, farthest=reach * 1.01))
     ranger(model, replace(ROLE, farthest=reach * 0.99))
 

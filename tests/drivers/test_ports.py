@@ -1,8 +1,10 @@
 import os
 import pty
+import socket
 import subprocess
 import sys
 from contextlib import closing
+from pathlib import Path
 
 from pytest import mark, raises
 
@@ -50,6 +52,41 @@ def test_an_impossible_port_is_refused_by_name(kind: str, options: dict[str, obj
 def test_an_i2c_port_goes_where_its_address_says(address: str) -> None:
     with raises(PortError, match=f"^{address.removeprefix('unix:')}: "):
         open_port("i2c", address)
+
+
+@mark.parametrize(
+    ("kind", "options", "place", "text"),
+    [
+        ("serial", {}, "folder", "it is a folder"),
+        ("serial", {}, "file", "it is no serial port"),
+        ("serial", {}, "/dev/null", "it is no serial port"),
+        ("serial", {}, "socket", "it is no serial port"),
+        ("i2c", {}, "folder", "it is a folder"),
+        ("i2c", {}, "file", "it is no I2C bus"),
+        ("i2c", {}, "terminal", "it is no I2C bus"),
+        ("i2c", {}, "socket", "it is a socket: write unix:{}"),
+        ("iio", {}, "socket", "it is a socket: write unix:{}"),
+        ("can", {"interface": "slcan"}, "folder", "it is a folder"),
+        ("can", {"interface": "slcan"}, "/dev/null", "it is no serial port"),
+        ("can", {}, "terminal", 'it is a serial port: say interface = "slcan"'),
+    ],
+)
+def test_what_stands_in_the_place_of_a_port_is_told(
+    kind: str, options: dict[str, object], place: str, text: str, tmp_path: Path
+) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").touch()
+    master, slave = pty.openpty()
+    (tmp_path / "terminal").symlink_to(os.ttyname(slave))
+    path = tmp_path / place
+    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as listener:
+        listener.bind(str(tmp_path / "socket"))
+        with raises(PortError) as told:
+            open_port(kind, str(path), options)
+    os.close(slave)
+    os.close(master)
+    assert str(told.value).startswith(f"{path}: ")
+    assert str(told.value).endswith(f": {text.format(path)}")
 
 
 def test_an_opened_port_can_be_read() -> None:

@@ -101,7 +101,7 @@ def test_a_missing_port_is_named_with_the_mend(tmp_path: Path) -> None:
 
 
 def test_a_port_in_use_is_named_with_the_mend(terminal: Terminal, port: SerialPort) -> None:
-    with raises(PortError, match="another program holds it"):
+    with raises(PortError, match=f"fuser -v {terminal.path}, and stop it"):
         SerialPort(terminal.path).open()
 
 
@@ -113,7 +113,7 @@ def test_a_forbidden_port_is_named_with_the_mend(terminal: Terminal, mocker: Moc
 
 def test_a_path_that_is_no_terminal_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    with raises(PortError, match="Could not configure port"):
+    with raises(PortError, match="it is no serial port"):
         SerialPort(f"{tmp_path}/file").open()
 
 

@@ -144,12 +144,12 @@ def test_one_that_is_busy_for_longer_than_documented_is_faulty() -> None:
 
 
 def test_a_reach_that_it_cannot_time_is_refused() -> None:
-    with raises(ValueError, match=r"farthest is 12.0: expected 0.0 to 11.15"):
+    with raises(ValueError, match=r"max_m is 12.0: expected 0.0 to 11.15"):
         Srf02(RangerRole("left", 0.1, 12.0, None, SPEED), Srf02.Settings())
 
 
 def test_impossible_settings_are_refused_by_name() -> None:
-    with raises(ValueError, match="address is 111: expected 112 to 127"):
+    with raises(ValueError, match="address is 0x6f: expected 0x70 to 0x7f"):
         Srf02.Settings(address=0x6F)
 
 

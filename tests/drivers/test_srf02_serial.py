@@ -160,7 +160,7 @@ def test_it_is_moved_by_four_messages() -> None:
 
 
 def test_a_reach_beyond_its_listening_is_refused() -> None:
-    with raises(ValueError, match=r"farthest is 12.0: expected 0.0 to 11.15"):
+    with raises(ValueError, match=r"max_m is 12.0: expected 0.0 to 11.15"):
         Srf02Serial(RangerRole("front", 0.15, 12.0, SLOT, SPEED), Srf02Serial.Settings())
 
 

@@ -97,18 +97,18 @@ def test_it_pings_fifty_times_a_second_and_more() -> None:
 @mark.parametrize(
     ("key", "value", "allowed"),
     [
-        ("address", 0x80, "112 to 127"),
+        ("address", 0x80, "0x70 to 0x7f"),
         ("command", 0x50, "81 to 82"),
         ("unit_mm", 0.5, "1.0 to 10.0"),
     ],
 )
 def test_impossible_settings_are_refused_by_name(key: str, value: float, allowed: str) -> None:
-    with raises(ValueError, match=f"{key} is {value}: expected {allowed}"):
+    with raises(ValueError, match=f"{key} is .*: expected {allowed}"):
         Srf235.Settings(**{key: value})  # type: ignore[arg-type]  # that is what is tried
 
 
 def test_a_reach_beyond_its_data_sheet_is_refused() -> None:
-    with raises(ValueError, match=r"farthest is 1.5: expected 0.0 to 1.2"):
+    with raises(ValueError, match=r"max_m is 1.5: expected 0.0 to 1.2"):
         Srf235(RangerRole("left", 0.1, 1.5, None, SPEED), Srf235.Settings())
 
 

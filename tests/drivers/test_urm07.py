@@ -164,7 +164,7 @@ def test_impossible_settings_are_refused_by_name(wrong: dict[str, object]) -> No
 
 
 def test_a_reach_beyond_its_own_is_refused() -> None:
-    with raises(ValueError, match=r"farthest is 11.0: expected 0.0 to 10.0"):
+    with raises(ValueError, match=r"max_m is 11.0: expected 0.0 to 10.0"):
         Urm07(RangerRole("front", 0.2, 11.0, SLOT, SPEED), Urm07.Settings())
 
 

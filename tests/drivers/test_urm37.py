@@ -131,7 +131,7 @@ def test_impossible_settings_are_refused_by_name(wrong: dict[str, object]) -> No
 
 
 def test_a_reach_beyond_its_own_is_refused() -> None:
-    with raises(ValueError, match=r"farthest is 9.0: expected 0.0 to 8.0"):
+    with raises(ValueError, match=r"max_m is 9.0: expected 0.0 to 8.0"):
         Urm37(RangerRole("front", 0.05, 9.0, SLOT, SPEED), Urm37.Settings())
 
 

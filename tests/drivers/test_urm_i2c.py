@@ -109,7 +109,7 @@ def test_golden_readings() -> None:
 
 def test_a_new_address_is_written_into_the_first_register() -> None:
     assert address_change(0x22) == bytes.fromhex("00 22")
-    with raises(ValueError, match=r"address is 120: expected 8 to 119"):
+    with raises(ValueError, match=r"address is 0x78: expected 0x08 to 0x77"):
         address_change(0x78)
 
 
@@ -132,9 +132,9 @@ def test_the_reach_chooses_the_range(model: Model, farthest: float, configuratio
 
 
 def test_a_reach_beyond_the_longest_range_is_refused() -> None:
-    with raises(ValueError, match=r"farthest is 6.0: expected 0.0 to 5.0"):
+    with raises(ValueError, match=r"max_m is 6.0: expected 0.0 to 5.0"):
         Urm09(role_to(6.0), Urm09.Settings())
-    with raises(ValueError, match=r"farthest is 10.0: expected 0.0 to 9.0"):
+    with raises(ValueError, match=r"max_m is 10.0: expected 0.0 to 9.0"):
         Urm13I2c(role_to(10.0), Urm13I2c.Settings())
 
 
@@ -282,11 +282,11 @@ def test_a_bus_that_reads_ones_without_an_acknowledge_is_an_empty_one(kind: Kind
 
 
 @mark.parametrize(
-    ("key", "value", "allowed"), [("address", 0x07, "8 to 119"), ("no_echo_cm", (70_000,), "0 to 65535")]
+    ("key", "value", "allowed"), [("address", 0x07, "0x08 to 0x77"), ("no_echo_cm", (70_000,), "0 to 65535")]
 )
 def test_impossible_settings_are_refused_by_name(key: str, value: object, allowed: str) -> None:
     for settings in (Urm09.Settings, Urm13I2c.Settings):
-        with raises(ValueError, match=rf"{key} is \d+: expected {allowed}"):
+        with raises(ValueError, match=rf"{key} is \w+: expected {allowed}"):
             settings(**{key: value})
 
 

@@ -151,7 +151,7 @@ def test_what_no_echo_is_can_be_set() -> None:
 
 @mark.parametrize("name", MODELS)
 def test_a_farther_reach_than_the_model_s_is_refused(name: str) -> None:
-    with raises(ValueError, match=f"farthest is 16.0: expected 0.0 to {REACH[name]}"):
+    with raises(ValueError, match=f"max_m is 16.0: expected 0.0 to {REACH[name]}"):
         MODELS[name](role(16.0), MODELS[name].Settings())
 
 

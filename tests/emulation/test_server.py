@@ -225,7 +225,7 @@ def test_the_control_socket_takes_many_lines_and_survives_nonsense(directory: Pa
 
 
 def test_nobody_at_the_control_socket_is_told(tmp_path: Path) -> None:
-    with pytest.raises(ControlError, match="does an emulator run there"):
+    with pytest.raises(ControlError, match="start one with: echogrid emulate"):
         request(tmp_path / CONTROL_SOCKET, {"list": True})
 
 

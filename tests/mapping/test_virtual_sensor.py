@@ -10,7 +10,13 @@ from pytest import approx
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.mapping.sonar_model import NoEcho
-from echogrid.mapping.virtual_sensor import ObstacleView, SectorState, Sight, VirtualSensor
+from echogrid.mapping.virtual_sensor import (
+    ObstacleView,
+    SectorState,
+    Sight,
+    StopReason,
+    VirtualSensor,
+)
 
 from .strategies import poses
 
@@ -137,7 +143,7 @@ def test_obstacles_beyond_the_horizon_are_not_seen() -> None:
 def test_something_ahead_within_the_stop_distance_stops(distance: float, stops: bool) -> None:
     around = Around()
     around.obstacle(0.0, distance)
-    assert around.view().stop is stops
+    assert around.view().reason is (StopReason.NEAR if stops else None)
 
 
 @pytest.mark.parametrize("sectors", range(8, 361, 8))
@@ -173,7 +179,7 @@ def test_what_is_unknown_ahead_stops(bearing: float, stops: bool) -> None:
     around = Around()
     around.seen(bearing, pi / 12.0, 0)
     assert SectorState.UNKNOWN in around.states()
-    assert around.view().stop is stops
+    assert around.view().reason is (StopReason.UNKNOWN if stops else None)
 
 
 @pytest.mark.parametrize(
@@ -183,7 +189,16 @@ def test_what_is_stale_ahead_stops(bearing: float, stops: bool) -> None:
     around = Around()
     around.seen(bearing, pi / 12.0, NOW - SECOND)
     assert SectorState.STALE in around.states()
-    assert around.view().stop is stops
+    assert around.view().reason is (StopReason.STALE if stops else None)
+
+
+def test_what_is_near_is_told_before_what_is_unknown_and_that_before_what_is_stale() -> None:
+    around = Around()
+    around.local.seen_ns[:] = 1
+    around.seen(pi / 4.0, pi / 12.0, 0)
+    assert around.view().reason is StopReason.UNKNOWN
+    around.obstacle(0.0, 0.4)
+    assert around.view().reason is StopReason.NEAR
 
 
 def test_a_sector_is_fresh_until_it_is_stale() -> None:

@@ -1,5 +1,6 @@
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -247,7 +248,7 @@ def test_a_run_too_short_to_read_anything_is_1_and_says_what_was_not_read(told: 
 def test_a_fault_without_an_emulator_is_1_in_words(told: Told, tmp_path: Path) -> None:
     code, _, err = told("fault", "list", "--dir", tmp_path)
     assert code == 1
-    assert "does an emulator run there?" in err
+    assert "start one with: echogrid emulate" in err
 
 
 def test_faults_are_told_to_the_emulator_and_listed(told: Told, short_dir: Path) -> None:
@@ -255,10 +256,11 @@ def test_faults_are_told_to_the_emulator_and_listed(told: Told, short_dir: Path)
 
     with emulator(short_dir, 1):
         assert told("fault", "ring_0", "off", "--for", "60s", "--dir", short_dir) == (0, "", "")
+        assert told("fault", "ring_0", "stuck", "--dir", short_dir) == (0, "", "")
         code, out, _ = told("fault", "list", "--dir", short_dir)
         lines = {line.split()[0]: line for line in out.splitlines()}
         assert code == 0
-        assert lines["ring_0"].endswith("now: off")
+        assert re.search(r"  now: off \(for [56]\d\.\d s more\), stuck$", lines["ring_0"])
         assert "unplug" in lines["wheel_bus"]
         assert told("fault", "ring_0", "clear", "--dir", short_dir)[0] == 0
         assert "now:" not in told("fault", "list", "--dir", short_dir)[1]
@@ -337,3 +339,36 @@ def test_a_map_that_cannot_be_written_costs_neither_the_account_nor_a_traceback(
     assert "map.npz: " in told
     assert "the map is not complete" in told
     assert "range readings: " in told
+
+
+@pytest.mark.parametrize("command", ["run", "map"])
+def test_a_file_in_the_place_of_a_folder_is_told_so(told: Told, tmp_path: Path, command: str) -> None:
+    (tmp_path / "file").write_text("")
+    what = ("run", "--simulate") if command == "run" else ("map", recordings.write(tmp_path / "log"))
+    code, _, err = told(*what, "--out", tmp_path / "file")
+    assert (code, err) == (1, f"{tmp_path}/file: is no folder\n")
+
+
+@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize("arguments", ["--help", "schedule", "fault list --dir /nowhere"])
+def test_closed_streams_are_no_matter(arguments: str, closed: str) -> None:
+    command = f"exec {sys.executable} -m echogrid {arguments} {closed}"
+    done = subprocess.run(command, shell=True, text=True, capture_output=True, check=False)
+    assert done.returncode == (1 if "fault" in arguments else 0)
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("loading", ["echogrid.runtime.command_line", "argparse", "echogrid.runtime.config"])
+def test_an_interrupt_while_it_is_being_loaded_ends_it_quietly(loading: str) -> None:
+    program = (
+        "import runpy, sys\n"
+        "class Interrupt:\n"
+        "    def find_spec(self, name, *_):\n"
+        f"        if name == {loading!r}: raise KeyboardInterrupt\n"
+        "sys.modules.pop('argparse', None)\n"
+        "sys.meta_path.insert(0, Interrupt())\n"
+        "sys.argv = ['echogrid', 'schedule']\n"
+        "runpy.run_module('echogrid', run_name='__main__')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from echogrid.drivers.readings import Outcome, RangeReading, Reading, WheelReading
 from echogrid.mapping.long_term_map import MapImage
+from echogrid.mapping.virtual_sensor import StopReason
 from echogrid.runtime import assembly, offline
 from echogrid.runtime.config import (
     Config,
@@ -228,7 +229,7 @@ def test_one_near_echo_stops_the_robot_where_the_grid_sees_none() -> None:
     (free,) = ticked(fusion(config), [[*drive(1.0), *free_ahead()]])
     (near,) = ticked(fusion(config), [[*drive(1.0), *free_ahead(), echo(SECOND + 600 * MS, 0.3)]])
     assert near.view.sectors == free.view.sectors
-    assert (free.view.stop, near.view.stop) == (False, True)
+    assert (free.view.reason, near.view.reason) == (None, StopReason.NEAR)
 
 
 def test_turns_that_only_listened_are_counted_and_go_nowhere_else() -> None:

@@ -4,8 +4,11 @@ from pathlib import Path
 
 import pytest
 
+from echogrid.drivers.device import Health, State
 from echogrid.emulation.robot import RangerSpec
+from echogrid.runtime.acquisition import DeviceReport
 from echogrid.runtime.command_line import main
+from echogrid.runtime.commands.read import HealthNews
 
 from .served import served
 
@@ -68,6 +71,8 @@ def test_a_sensor_of_the_robot_is_read_by_its_name(
     lines = told.out.splitlines()
     assert len(lines) == 2
     assert all(sensor in line and "1.500 m" in line for line in lines)
+    assert lines[0].split()[0] == "0.000"
+    assert all(float(line.split()[0]) >= 0.0 for line in lines)
     assert f"{sensor}: well: ranging" in told.err
 
 
@@ -104,6 +109,8 @@ def test_nobody_at_the_address_is_told_with_the_mend_and_exit_1(
         (["nobody"], "no emulated robot runs in"),
         (["srf8", "--port", "x"], "unknown driver 'srf8' (did you mean 'srf08'?)"),
         (["srf08", "--port", "x", "--set", "adress=1"], "unknown key `adress` (did you mean `address`?)"),
+        (["srf08", "--port", "x", "--set", "address=foo"], "address: expected a whole number, not 'foo'"),
+        (["srf08", "--port", "x", "--set", "address=300"], "address is 0x12c: expected 0x70 to 0x7f"),
         (["front", "--set", "address=1"], "--set goes with --port"),
         (["front", "--count", "0"], "'0' is no count"),
         (["srf08", "--port", "x", "--set", "address"], "'address' is no setting"),
@@ -126,3 +133,25 @@ def test_a_name_that_the_robot_has_not_is_told_with_the_nearest(
 def test_a_port_that_is_not_there_is_1_with_the_mend(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["read", "a02yyuw", "--port", "/dev/nothing", "--count", "1"]) == 1
     assert "/dev/nothing: cannot open this serial port: it is not there" in capsys.readouterr().err
+
+
+def told_at(looks: list[tuple[float, State, str]]) -> list[float]:
+    """The times (s) of those looks at a device's health of which something is told."""
+    news = HealthNews()
+    reports = [(at_s, DeviceReport("d", "bus", Health(state, text, {}))) for at_s, state, text in looks]
+    return [at_s for at_s, report in reports if news.line(report, round(at_s * 1e9)) is not None]
+
+
+def test_texts_that_take_turns_in_one_state_are_told_once_a_second() -> None:
+    looks = [(k / 5, State.FAULTY, f"code {k % 2 or k}") for k in range(20)]
+    assert told_at(looks) == [0.0, 1.0, 2.0, 3.0]
+
+
+def test_states_that_take_turns_are_told_once_a_second_each() -> None:
+    looks = [(k / 10, (State.WELL, State.GARBLED)[k % 2], "so") for k in range(40)]
+    assert len(told_at(looks)) <= 8
+
+
+def test_a_new_state_is_told_at_once_and_the_same_again_is_not() -> None:
+    looks = [(0.0, State.SETTING_UP, ""), (0.1, State.MISSING, "a"), (5.0, State.MISSING, "a")]
+    assert told_at([*looks, (5.2, State.WELL, "")]) == [0.0, 0.1, 5.2]

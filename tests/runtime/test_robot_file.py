@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from echogrid.mapping.sonar_model import NoEcho
 from echogrid.runtime import assembly, robot_file
 from echogrid.runtime.config import Config
-from echogrid.runtime.emulated import DEFAULT_ROBOT
+from echogrid.runtime.emulated import DEFAULT_ROBOT, emulated_robot
 from echogrid.runtime.errors import UsageError
 
 BUILT_IN = DEFAULT_ROBOT.read_text()
@@ -56,6 +56,21 @@ def test_the_built_in_robot_is_valid_and_fit_to_run() -> None:
     assert config.map.no_echo is NoEcho.WEAK
 
 
+def test_the_manual_s_smallest_robot_is_fit_to_run(path: Path) -> None:
+    manual = Path(__file__).parents[2] / "docs/robot-toml.md"
+    path.write_text(manual.read_text(encoding="utf-8").split("```toml\n")[1].split("```")[0])
+    checked(path)
+    config = robot_file.load(path)
+    assert (len(config.sensor), len(config.wheel)) == (1, 2)
+    emulated_robot(config, 0, 1)
+
+
+def test_one_channel_of_two_can_interfaces_is_two_ports(path: Path) -> None:
+    bus = '\n[[bus]]\nname = "{0}"\nkind = "can"\ninterface = "{0}"\nport = "0"\n'
+    path.write_text(BUILT_IN + bus.format("pcan") + bus.format("kvaser"))
+    assert len(robot_file.load(path).bus) == 8
+
+
 def test_all_mistakes_are_told_at_once_each_with_its_line(path: Path) -> None:
     text = BUILT_IN.replace("rate_hz = 50.0", "rate_hz = 5000.0").replace("gap_ms", "gap_mss")
     text = text.replace("track_m = 0.32", "track_m = true").replace('kind = "can"', 'kind = "cam"')
@@ -85,6 +100,21 @@ def test_all_mistakes_are_told_at_once_each_with_its_line(path: Path) -> None:
             'bus = "ringbus"',
             "there is no [[bus]] named 'ringbus' (did you mean",
         ),
+        (
+            'bus = "ring_bus"\naddress = 0x71',
+            'bus = "mp"',
+            "there is no [[bus]] named 'mp' (there are: ring_bus, wheel_bus, front_left_line, ",
+        ),
+        (
+            'port = "rear_left_line"',
+            'port = "front_left_line"',
+            "bus[4]: `port` is taken: 'front_left_line' is that of bus 'front_left_line'",
+        ),
+        (
+            'driver = "srf08"\nbus = "ring_bus"\naddress = 0x71',
+            'device = "front"',
+            "a driver's own keys need `driver`, which is missing",
+        ),
         ('"ring_45", "ring_225"', '"ring_46", "ring_225"', "firing.groups: there is no [[sensor]] named"),
         ('"ring_45", "ring_225"', '"ring_0", "ring_45"', "firing.groups: 'ring_0' stands in two groups"),
         ('["ring_45", "ring_225"]', "[]", "firing.groups: a group without rangers: take it out"),
@@ -112,7 +142,7 @@ def test_everything_that_keeps_a_robot_from_running_is_told_at_once_with_its_lin
         f":{line(text, '[map]')}: map: a run needs `width_m` and `height_m`",
         f":{line(text, 'adress')}: sensor[1]: unknown key `adress` (did you mean `address`?)",
         f":{line(text, 'zigzag')}: sensor[1]: unknown key `zigzag`",
-        f":{line(text, 'address = 32') - 4}: sensor[2]: address is 32: expected 112 to 127",
+        f":{line(text, 'address = 32') - 4}: sensor[2]: address is 0x20: expected 0x70 to 0x7f (7 bit)",
         f":{line(text, 'a02yyuw') + 1}: sensor[8].bus: a02yyuw speaks serial, but bus 'ring_bus' is i2c",
         f":{line(text, 'a02yyv')}: sensor[10].driver: unknown driver 'a02yyv' (did you mean 'a02yyuw'?)",
     ]

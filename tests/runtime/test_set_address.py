@@ -75,7 +75,7 @@ def test_another_make_is_not_moved_and_its_address_is_taken(
     ("arguments", "told"),
     [
         (["a02yyuw", "port", "1", "2"], "'a02yyuw' can't be given an address by echogrid"),
-        (["srf08", "port", "0x70", "0x10"], "address is 16: expected 112 to 127"),
+        (["srf08", "port", "0x70", "0x10"], "address is 0x10: expected 0x70 to 0x7f"),
         (["srf08", "port", "0x70", "here"], "'here' is no address"),
         (["urm12", "port", "300", "5"], "address is 300: expected 1 to 247"),
     ],

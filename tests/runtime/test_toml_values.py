@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from echogrid.mapping.sonar_model import NoEcho
-from echogrid.runtime.toml_values import structured
+from echogrid.runtime.toml_values import nearest, structured
 
 
 @dataclass(frozen=True)
@@ -110,3 +110,17 @@ def test_whatever_it_is_given_it_answers_with_a_value_or_with_problems(value: ob
 def test_whatever_its_keys_hold_it_answers_with_a_value_or_with_problems(table: dict[str, object]) -> None:
     made, found = structured(table, Whole)
     assert isinstance(made, Whole) != bool(found)
+
+
+@pytest.mark.parametrize(
+    ("known", "told"),
+    [
+        ((), "(there is none)"),
+        (("a", "b"), "(there are: a, b)"),
+        (("fronts", "a"), "(did you mean `fronts`?)"),
+    ],
+)
+def test_an_unknown_name_is_told_with_the_nearest_or_with_all_there_are(
+    known: tuple[str, ...], told: str
+) -> None:
+    assert nearest("front", known) == f" {told}"
