@@ -28,7 +28,7 @@ LOOK_S = 1.0
 ESTIMATES_NS = 50_000_000
 CLOCK_STEP_S = 0.1
 """Files are stamped by a coarser clock."""
-STATUS = re.compile(r"  (\d+)/(\d+) ok.*  ([\d.]+) Hz")
+STATUS = re.compile(r" (\d+)/(\d+) ok\b.* ([\d.]+) Hz")
 
 DROP_IN = """\
 [Service]

@@ -64,11 +64,15 @@ class SerialPort:
         """Send; a break takes its time. Raises PortError when the port is lost."""
         port = self._opened()
         try:
+            pending = b""
             for item in items:
                 if isinstance(item, Break):
+                    port.write(pending)
                     _pull_low(port, item.duration_s)
+                    pending = b""
                 else:
-                    port.write(item)
+                    pending += item
+            port.write(pending)
         except (OSError, termios.error) as error:
             raise self._lost(error) from error
 
