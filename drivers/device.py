@@ -34,6 +34,8 @@ class State(Enum):
     """It is there, but nothing new comes: its bus is held up."""
     FAULTY = "faulty"
     """It says that it can't measure, or says what can't be."""
+    HOT = "hot"
+    """It works, and is warmer than it should be."""
     STUCK = "stuck"
     """It says the same again and again, while the robot moves on."""
     MISSING = "missing"
@@ -45,6 +47,12 @@ class State(Enum):
     WRONG_DEVICE = "wrong device"
     """What answers is of another make, or set up otherwise."""
     PORT_LOST = "port lost"
+    BUS_OFF = "bus-off"
+    """CAN: after too many errors the controller takes no part in its bus."""
+    ERROR_PASSIVE = "error-passive"
+    """CAN: many errors, and a bus-off may follow."""
+    CONGESTED = "congested"
+    """CAN: what is to be sent does not go out."""
     FAILED = "failed"
     """It says that it is out of order."""
     INTERNAL = "internal error"
@@ -62,7 +70,9 @@ _LEVELS = {
     State.SILENT: Level.STALE,
     State.STALLED: Level.STALE,
     State.FAULTY: Level.WARN,
+    State.HOT: Level.WARN,
     State.STUCK: Level.WARN,
+    State.ERROR_PASSIVE: Level.WARN,
 }
 
 

@@ -7,6 +7,7 @@ from typing import Any, Protocol, Self
 
 from echogrid.drivers.device import Device, Health, State
 from echogrid.drivers.readings import Reading
+from echogrid.drivers.supervised import Supervised, beside
 from echogrid.runtime.pump import PortState, Pump
 from echogrid.runtime.reading_queue import ReadingQueue
 
@@ -55,6 +56,8 @@ def device_reports(pumps: Sequence[Pump[Any, Any]], now_ns: int) -> list[DeviceR
 def _health(pump: Pump[Any, Any], device: Device[Any, Any], now_ns: int) -> Health:
     try:
         health = device.health(now_ns)
+        if isinstance(pump.port, Supervised):
+            health = beside(health, pump.port.health(now_ns))
     except Exception as error:  # noqa: BLE001 - the loop must outlive any fault of a driver
         health = Health(State.INTERNAL, f"internal error: {error!r} (please report it)", {})
     counts = {**health.counts, **pump.line.counts, "port lost": pump.losses}

@@ -24,12 +24,22 @@ PARITIES = {"none": "N", "even": "E", "odd": "O"}
 class SerialPort:
     """A serial port, held exclusively: eight data bits, with or without parity, one or two stop bits."""
 
-    def __init__(self, address: str, *, baud: int = 9600, stop_bits: int = 1, parity: str = "none") -> None:
+    def __init__(
+        self,
+        address: str,
+        *,
+        baud: int = 9600,
+        stop_bits: int = 1,
+        parity: str = "none",
+        kind: str = "serial",
+    ) -> None:
+        """`kind` is what hangs on it, for messages."""
         require_between("baud", baud, 50, 4_000_000)
         require_between("stop_bits", stop_bits, 1, 2)
         if parity not in PARITIES:
             raise ValueError(f"parity is {parity!r}: expected one of {', '.join(PARITIES)}")
         self._address = address
+        self._kind = kind
         self._baud = baud
         self._stop_bits = stop_bits
         self._parity = PARITIES[parity]
@@ -51,7 +61,7 @@ class SerialPort:
                 exclusive=True,
             )
         except (OSError, ValueError, termios.error) as error:
-            raise cannot_open("serial", self._address, "dialout", error) from error
+            raise cannot_open(self._kind, self._address, "dialout", error) from error
         _hand_over_at_once(self._serial)
 
     def close(self) -> None:
@@ -93,7 +103,7 @@ class SerialPort:
         return self._serial
 
     def _lost(self, error: Exception) -> PortError:
-        return PortError(f"{self._address}: serial port lost, was it unplugged? ({error})")
+        return PortError(f"{self._address}: {self._kind} port lost, was it unplugged? ({error})")
 
 
 def _pull_low(port: "serial.Serial", duration_s: float) -> None:

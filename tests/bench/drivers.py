@@ -1,8 +1,14 @@
 """A frame, a line, a transfer: through the driver, and by the plainest code that could do it."""
 
+import os
+import pty
+import tty
 from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from functools import partial
 from random import Random
 
+import can
 from smbus2 import i2c_msg
 from tests.bench.stopwatch import Row, least_us
 
@@ -12,6 +18,7 @@ from echogrid.drivers.device import Step
 from echogrid.drivers.readings import Outcome, RangeReading
 from echogrid.drivers.role import RangerRole
 from echogrid.drivers.srf08 import Srf08
+from echogrid.drivers.transports.can import CanPort
 from echogrid.drivers.transports.i2c import I2cPort
 from echogrid.emulation.buses.serial_line import SerialLine
 from echogrid.emulation.devices.serial_device import SerialDevice
@@ -23,6 +30,8 @@ MS = 1_000_000
 ROLE = RangerRole("bench", 0.05, 3.0, None, 343.2)
 FRAMES = 5_000
 PINGS = 2_000
+SLCAN_LINE = b"t0098CDCCCC3D0000803F\r"
+SLCAN_FRAMES = 2_000
 REGISTERS = b"\x0a\x00\x27\x10"
 """Revision, light, and an echo after 10 ms."""
 
@@ -50,6 +59,13 @@ def rows() -> Iterator[Row]:
     )
     yield Row("a request on a shared serial line, with its reply and driver", least_us(serial_pings("urm37")))
     yield Row("the same with Modbus RTU", least_us(serial_pings("urm15")))
+    for portion, how in ((100, "a hundred at a time"), (1, "one at a time")):
+        yield Row(
+            f"a CAN frame by slcan through a pty, {how}",
+            least_us(partial(slcan_frames, portion)),
+            "the same bytes by python-can's slcan",
+            least_us(partial(python_can_frames, portion)),
+        )
 
 
 def streamed(driver: str, frame: bytes) -> Callable[[], int]:
@@ -138,6 +154,42 @@ def serial_pings(driver: str) -> Callable[[], int]:
 
     work()
     return work
+
+
+@contextmanager
+def adapter() -> Iterator[tuple[int, str]]:
+    """An slcan adapter's end of a pty, and the path of the other."""
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    try:
+        yield master, os.ttyname(slave)
+    finally:
+        os.close(slave)
+        os.close(master)
+
+
+def slcan_frames(portion: int) -> int:
+    """Frames by our port, so many at a time."""
+    with adapter() as (master, path), closing(CanPort(path, interface="slcan")) as port:
+        port.open()
+        for _ in range(SLCAN_FRAMES // portion):
+            os.write(master, SLCAN_LINE * portion)
+            left = portion
+            while left:
+                left -= len(port.read(1.0))
+    return SLCAN_FRAMES
+
+
+def python_can_frames(portion: int) -> int:
+    """The same by python-can."""
+    options = {"bitrate": 250_000, "sleep_after_open": 0, "timeout": 0, "ignore_config": True}
+    with adapter() as (master, path), can.Bus(path, "slcan", **options) as bus:
+        for _ in range(SLCAN_FRAMES // portion):
+            os.write(master, SLCAN_LINE * portion)
+            left = portion
+            while left:
+                left -= bus.recv(0.0) is not None
+    return SLCAN_FRAMES
 
 
 def emulated_reply(driver: str, request: bytes) -> bytes:

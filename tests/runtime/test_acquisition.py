@@ -3,8 +3,9 @@ import threading
 import pytest
 
 from echogrid.drivers.clock import MonotonicClock
-from echogrid.drivers.device import Level, Line
+from echogrid.drivers.device import Health, Level, Line, State
 from echogrid.drivers.errors import PortError
+from echogrid.drivers.supervised import Supervised
 from echogrid.runtime.acquisition import DeviceReport, ThreadedAcquisition, device_reports
 from echogrid.runtime.pump import PortState, Pump
 from echogrid.runtime.reading_queue import ReadingQueue
@@ -91,6 +92,21 @@ def test_a_closed_port_is_its_devices_first_trouble(trouble: Exception) -> None:
     assert reported(pump).health.level is Level.ERROR
     assert str(trouble) in reported(pump).health.message
     assert reported(pump).health.counts == {"losses": 1, "port lost": 1}
+
+
+class BusOffPort(ScriptedPort, Supervised):
+    """A port that is open, on a bus that is off."""
+
+    def health(self, now_ns: int) -> Health:
+        return Health(State.BUS_OFF, "can0: bus-off (mend it)", {"bus-offs": 1})
+
+
+def test_the_trouble_of_a_bus_is_shown_of_its_devices() -> None:
+    pump = Pump(Line("line", [Parrot()]), BusOffPort(), HandClock(), lambda _: None)
+    pump.turn()
+    assert reported(pump).health == Health(
+        State.BUS_OFF, "can0: bus-off (mend it)", {"losses": 0, "bus-offs": 1, "port lost": 0}
+    )
 
 
 def test_a_device_that_cannot_say_how_it_is_is_in_error() -> None:
