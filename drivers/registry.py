@@ -13,12 +13,15 @@ GROUP = "echogrid.devices"
 
 BUILT_IN: Mapping[str, str] = {
     "a02yyuw": "echogrid.drivers.a02yyuw:A02yyuw",
+    "ak-servo": "echogrid.drivers.ak_servo:AkServo",
+    "dbc": "echogrid.drivers.dbc_wheel:DbcWheel",
     "dyp-rs485": "echogrid.drivers.dyp_rs485:DypRs485",
     "ff-on-demand": "echogrid.drivers.ff_on_demand:FfOnDemand",
     "i2cxl": "echogrid.drivers.i2cxl:I2cxl",
     "iio": "echogrid.drivers.iio:Iio",
     "maxbotix": "echogrid.drivers.maxbotix:Maxbotix",
     "odrive-0.5": "echogrid.drivers.odrive:ODriveAxis",
+    "odrive-0.6": "echogrid.drivers.odrive06:ODrive06Axis",
     "rcwl-9620": "echogrid.drivers.rcwl9620:Rcwl9620",
     "srf01": "echogrid.drivers.srf01:Srf01",
     "srf02": "echogrid.drivers.srf02:Srf02",
@@ -34,6 +37,7 @@ BUILT_IN: Mapping[str, str] = {
     "urm14": "echogrid.drivers.urm_modbus:Urm14",
     "urm15": "echogrid.drivers.urm_modbus:Urm15",
     "urm37": "echogrid.drivers.urm37:Urm37",
+    "vesc": "echogrid.drivers.vesc:Vesc",
 }
 
 

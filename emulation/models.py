@@ -7,6 +7,7 @@ from random import Random
 from typing import Any, Generic, TypeVar, get_args
 
 from echogrid.emulation.devices.a02yyuw import A02yyuwOptions, A02yyuwSensor
+from echogrid.emulation.devices.ak_servo import AkServo, AkServoOptions
 from echogrid.emulation.devices.device import EmulatedDevice
 from echogrid.emulation.devices.dyp_rs485 import DypRs485Options, DypRs485Sensor
 from echogrid.emulation.devices.ff_on_demand import FfOnDemandOptions, FfOnDemandSensor
@@ -14,6 +15,7 @@ from echogrid.emulation.devices.i2cxl import I2cxlChip, I2cxlOptions
 from echogrid.emulation.devices.iio_ranger import IioOptions, iio_ranger
 from echogrid.emulation.devices.maxbotix import MaxbotixOptions, MaxbotixSensor
 from echogrid.emulation.devices.odrive import ODriveAxis, ODriveOptions
+from echogrid.emulation.devices.odrive06 import ODrive06Axis, ODrive06Options
 from echogrid.emulation.devices.rcwl9620 import Rcwl9620Chip, Rcwl9620Options
 from echogrid.emulation.devices.srf01 import Srf01Options, Srf01Sensor
 from echogrid.emulation.devices.srf02 import Srf02Chip, Srf02Options
@@ -36,6 +38,7 @@ from echogrid.emulation.devices.urm_modbus import (
     Urm15Options,
     Urm15Sensor,
 )
+from echogrid.emulation.devices.vesc import Vesc, VescOptions
 from echogrid.emulation.errors import RobotSpecError
 
 Sensed = TypeVar("Sensed")
@@ -99,6 +102,9 @@ RANGERS: Mapping[str, Model[Surroundings]] = {
 
 WHEELS: Mapping[str, Model[Callable[[int], float]]] = {
     "odrive-0.5": Model("can", ODriveAxis, ODriveOptions),
+    "odrive-0.6": Model("can", ODrive06Axis, ODrive06Options),
+    "ak-servo": Model("can", AkServo, AkServoOptions),
+    "vesc": Model("can", Vesc, VescOptions),
 }
 
 

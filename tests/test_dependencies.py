@@ -13,7 +13,7 @@ STDLIB = sys.stdlib_module_names
 
 ALLOWED = {
     "mapping": ("echogrid.mapping", "echogrid.drivers.readings", "numpy"),
-    "drivers": ("echogrid.drivers", "can", "pymodbus", "serial", "smbus2"),
+    "drivers": ("echogrid.drivers", "can", "cantools", "pymodbus", "serial", "smbus2"),
     "emulation": (
         "echogrid.emulation",
         "echogrid.drivers.bus",

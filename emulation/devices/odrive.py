@@ -1,11 +1,13 @@
-"""An emulated ODrive axis, firmware 0.5: a wheel's encoder behind CANSimple."""
+"""An emulated ODrive axis: a wheel's encoder behind CANSimple, as firmware 0.5 speaks it."""
 
 import struct
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from math import floor, tau
 from random import Random
+from typing import Protocol
 
 from echogrid.drivers.bus import NEVER_NS, CanFrame
 from echogrid.emulation.devices.can_node import CanNode
@@ -16,7 +18,9 @@ _HEARTBEAT = 0x001
 _ESTIMATES = 0x009
 _COUNTS = 0x00A
 _REBOOT = 0x016
-_ENCODER_FAILED = 1 << 48
+_SET_POSITION = 0x019
+_MOTOR_FAILED, _ENCODER_FAILED, _TRAJECTORY_DONE = 1 << 40, 1 << 48, 1 << 63
+_USUAL_COUNTS = 8192
 _STARTUP_NS = 200_000_000
 """From power-up to the state STARTUP, and again from there to IDLE: a guess."""
 
@@ -30,6 +34,12 @@ class State(IntEnum):
     CLOSED_LOOP = 8
 
 
+def require_node(node: int) -> None:
+    """Raise ValueError unless the node fits."""
+    if not 0 <= node < 64:
+        raise ValueError(f"node {node} does not fit a standard identifier (0 to 63)")
+
+
 @dataclass(frozen=True, slots=True)
 class ODriveOptions:
     """How the axis is configured."""
@@ -37,17 +47,42 @@ class ODriveOptions:
     node: int = 0
     gear: float = 1.0
     """Turns of the encoder for one of the wheel; negative if it counts backwards."""
-    counts_per_turn: int = 8192
+    counts_per_turn: int = 0
+    """If it is given, counts are sent by themselves; 0: only on request, 8192 for a turn."""
     heartbeat_ns: int = 100_000_000
     estimates_ns: int = 10_000_000
+    counts_ns: int = 10_000_000
 
     def __post_init__(self) -> None:
-        if not 0 <= self.node < 64:
-            raise ValueError(f"node {self.node} does not fit a standard identifier (0 to 63)")
+        require_node(self.node)
 
 
-class ODriveAxis(CanNode):
-    """Sends its heartbeat and its encoder estimates by itself, and answers requests for estimates and counts.
+class AxisOptions(Protocol):
+    """What the options of every firmware have."""
+
+    @property
+    def node(self) -> int:
+        """Its identifier on the bus."""
+        ...
+
+    @property
+    def gear(self) -> float:
+        """Turns of the encoder for one of the wheel."""
+        ...
+
+    @property
+    def heartbeat_ns(self) -> int:
+        """From heartbeat to heartbeat."""
+        ...
+
+    @property
+    def estimates_ns(self) -> int:
+        """From estimates to estimates."""
+        ...
+
+
+class CansimpleAxis(CanNode):
+    """Sends its heartbeat and its estimates by itself; answers requests, reboots, is set to positions.
 
     The position counts from power-up. Until the axis is IDLE, and while the encoder is lost, it is not valid:
     the estimates are then 0.0, as if the wheel stood at its origin.
@@ -58,12 +93,12 @@ class ODriveAxis(CanNode):
         name: str,
         angle: Callable[[int], float],
         random: Random,
-        options: ODriveOptions = ODriveOptions(),
+        options: AxisOptions,
     ) -> None:
         super().__init__(name)
         self._angle = angle
         self._random = random
-        self._options = options
+        self._axis = options
         self._phase_ns = random.randrange(options.estimates_ns)
         self._powered_ns = 0
         self._origin = 0.0
@@ -72,17 +107,20 @@ class ODriveAxis(CanNode):
         self._heartbeat_ns = self._estimates_ns = NEVER_NS
 
     def receive(self, frame: CanFrame, now_ns: int) -> None:
-        """Answer a request, or obey a reboot."""
-        if frame.extended or frame.identifier >> 5 != self._options.node:
+        """Answer a request (remote, or without data), or obey."""
+        if frame.extended or frame.identifier >> 5 != self._axis.node:
             return
         command = frame.identifier & 0x1F
         asked = frame.remote or not frame.data
-        if command == _REBOOT:
+        if command == _REBOOT and not any(frame.data):
             self.reboot(now_ns)
-        elif asked and command == _ESTIMATES:
-            self._send(_ESTIMATES, self._estimates(now_ns), now_ns)
-        elif asked and command == _COUNTS:
-            self._send(_COUNTS, self._counts(now_ns), now_ns)
+        elif asked and (payload := self._told(command, now_ns)):
+            self._send(command, payload, now_ns)
+        elif command == _SET_POSITION and len(frame.data) >= 4:
+            self._sample(now_ns)
+            turns = self._position_in(frame.data[:4])
+            self._origin -= (turns - self._turns) * tau / self._axis.gear
+            self._turns = turns
 
     def reboot(self, now_ns: int) -> None:
         """Start up anew: the position begins at 0 where the wheel is."""
@@ -97,7 +135,7 @@ class ODriveAxis(CanNode):
         return State.STARTUP if age_ns < 2 * _STARTUP_NS else State.IDLE
 
     def _verbs(self) -> Mapping[str, Verb]:
-        return {**super()._verbs(), "encoder_lost": LOOKED_UP}
+        return {**super()._verbs(), "encoder_lost": LOOKED_UP, "motor_failed": LOOKED_UP}
 
     def _power_up(self, now_ns: int) -> None:
         self._powered_ns = self._sampled_ns = now_ns
@@ -115,26 +153,33 @@ class ODriveAxis(CanNode):
 
     def _step(self, now_ns: int) -> None:
         if now_ns >= self._heartbeat_ns:
-            lost = "encoder_lost" in self.faults
-            self._send(_HEARTBEAT, heartbeat(self.state(now_ns), encoder_failed=lost), now_ns)
-            self._heartbeat_ns += self._options.heartbeat_ns
+            self._send(_HEARTBEAT, self._heartbeat(now_ns), now_ns)
+            self._heartbeat_ns += self._axis.heartbeat_ns
         if now_ns >= self._estimates_ns:
             self._send(_ESTIMATES, self._estimates(now_ns), now_ns)
-            self._estimates_ns += self._options.estimates_ns
+            self._estimates_ns += self._axis.estimates_ns
+
+    @abstractmethod
+    def _heartbeat(self, now_ns: int) -> bytes:
+        """What it says of itself."""
+
+    @abstractmethod
+    def _position_in(self, data: bytes) -> float:
+        """The position (rev) which it is set to by 4 bytes."""
+
+    def _told(self, command: int, now_ns: int) -> bytes:
+        """The answer to a request; empty if there is none."""
+        return self._estimates(now_ns) if command == _ESTIMATES else b""
 
     def _estimates(self, now_ns: int) -> bytes:
         self._sample(now_ns)
         return estimates(self._turns, self._velocity) if self._valid(now_ns) else estimates(0.0, 0.0)
 
-    def _counts(self, now_ns: int) -> bytes:
-        self._sample(now_ns)
-        return counts(floor(self._turns * self._options.counts_per_turn), self._options.counts_per_turn)
-
     def _sample(self, now_ns: int) -> None:
         """Look at the encoder; the velocity is the mean since the last look."""
         if now_ns <= self._sampled_ns:
             return
-        turns = (self._angle(now_ns) - self._origin) / tau * self._options.gear
+        turns = (self._angle(now_ns) - self._origin) / tau * self._axis.gear
         self._velocity = (turns - self._turns) / (now_ns - self._sampled_ns) * 1e9
         self._turns, self._sampled_ns = turns, now_ns
 
@@ -144,13 +189,72 @@ class ODriveAxis(CanNode):
     def _send(self, command: int, payload: bytes, now_ns: int) -> None:
         if "garbage" in self.faults:
             payload = self._random.randbytes(len(payload))
-        self.post(CanFrame(self._options.node << 5 | command, payload), now_ns + self._delay_ns())
+        self.post(CanFrame(self._axis.node << 5 | command, payload), now_ns + self._delay_ns())
 
 
-def heartbeat(state: State, *, encoder_failed: bool = False, trajectory_done: bool = False) -> bytes:
-    """Command 0x001: no axis error, the state, and the flags."""
-    flags = _ENCODER_FAILED * encoder_failed | 1 << 63 & -trajectory_done
-    return (state << 32 | flags).to_bytes(8, "little")
+class ODriveAxis(CansimpleAxis):
+    """Firmware 0.5: it tells counts, too, and gives no answer to a request for its version."""
+
+    def __init__(
+        self,
+        name: str,
+        angle: Callable[[int], float],
+        random: Random,
+        options: ODriveOptions = ODriveOptions(),
+    ) -> None:
+        super().__init__(name, angle, random, options)
+        self._per_turn = options.counts_per_turn or _USUAL_COUNTS
+        self._period_ns = options.counts_ns if options.counts_per_turn else NEVER_NS
+        self._counts_ns = NEVER_NS
+
+    def _power_up(self, now_ns: int) -> None:
+        super()._power_up(now_ns)
+        if self._period_ns < NEVER_NS:
+            self._counts_ns = now_ns + self._phase_ns
+
+    def _power_down(self) -> None:
+        super()._power_down()
+        self._counts_ns = NEVER_NS
+
+    def _next_ns(self) -> int:
+        return min(super()._next_ns(), self._counts_ns)
+
+    def _step(self, now_ns: int) -> None:
+        super()._step(now_ns)
+        if now_ns >= self._counts_ns:
+            self._send(_COUNTS, self._counts(now_ns), now_ns)
+            self._counts_ns += self._period_ns
+
+    def _heartbeat(self, now_ns: int) -> bytes:
+        return heartbeat(
+            self.state(now_ns),
+            encoder_failed="encoder_lost" in self.faults,
+            motor_failed="motor_failed" in self.faults,
+        )
+
+    def _told(self, command: int, now_ns: int) -> bytes:
+        return self._counts(now_ns) if command == _COUNTS else super()._told(command, now_ns)
+
+    def _counts(self, now_ns: int) -> bytes:
+        """The encoder counts on whatever the axis does."""
+        self._sample(now_ns)
+        return counts(floor(self._turns * self._per_turn), self._per_turn)
+
+    def _position_in(self, data: bytes) -> float:
+        (count,) = struct.unpack("<i", data)
+        return float(count) / self._per_turn
+
+
+def heartbeat(
+    state: State,
+    *,
+    encoder_failed: bool = False,
+    motor_failed: bool = False,
+    trajectory_done: bool = False,
+) -> bytes:
+    """Command 0x001 of firmware 0.5: no axis error, the state, and the flags."""
+    flags = _ENCODER_FAILED * encoder_failed | _MOTOR_FAILED * motor_failed
+    return (state << 32 | flags | _TRAJECTORY_DONE * trajectory_done).to_bytes(8, "little")
 
 
 def estimates(turns: float, velocity: float) -> bytes:

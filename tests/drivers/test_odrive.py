@@ -8,8 +8,9 @@ from hypothesis.strategies import binary, booleans, builds, floats, integers, li
 from pytest import approx, mark, raises
 
 from echogrid.drivers.bus import NEVER_NS, CanFrame
-from echogrid.drivers.device import Level
-from echogrid.drivers.odrive import AxisState, ODriveAxis, decode_estimates, decode_heartbeat
+from echogrid.drivers.cansimple import AxisState, decode_counts, decode_estimates
+from echogrid.drivers.device import Level, State
+from echogrid.drivers.odrive import ODriveAxis, decode_heartbeat
 from echogrid.drivers.readings import WheelReading
 from echogrid.drivers.role import WheelRole
 
@@ -27,6 +28,10 @@ def estimates(stamp_ns: int, turns: float, rate: float = 0.0) -> CanFrame:
     return CanFrame(NODE << 5 | 0x009, pack("<ff", turns, rate), stamp_ns=stamp_ns)
 
 
+def version(stamp_ns: int, major: int = 0, minor: int = 6, revision: int = 10) -> CanFrame:
+    return CanFrame(NODE << 5, bytes([2, 4, 4, 58, major, minor, revision, 0]), stamp_ns=stamp_ns)
+
+
 def axis(role: WheelRole = ROLE) -> ODriveAxis:
     return ODriveAxis(role, ODriveAxis.Settings(node=NODE))
 
@@ -42,7 +47,7 @@ def count(device: ODriveAxis, name: str) -> int:
 
 def test_the_known_heartbeats_are_decoded() -> None:
     beat = decode_heartbeat(bytes.fromhex("00 00 00 00 08 00 00 80"))
-    assert (beat.state, beat.error, beat.trajectory_done, beat.faults()) == (CLOSED_LOOP, 0, True, "")
+    assert (beat.state, beat.error, beat.trajectory_done, beat.faults) == (CLOSED_LOOP, 0, True, "")
     assert decode_heartbeat(bytes.fromhex("00 00 00 00 01 00 00 00")).state == IDLE
 
 
@@ -51,7 +56,7 @@ def test_the_known_estimates_are_decoded() -> None:
 
 
 def test_the_flags_of_a_heartbeat_are_told_apart() -> None:
-    parts = [decode_heartbeat(bytes(5) + flags).faults() for flags in (b"\1\0\0", b"\0\1\0", b"\0\0\1")]
+    parts = [decode_heartbeat(bytes(5) + flags).faults for flags in (b"\1\0\0", b"\0\1\0", b"\0\0\1")]
     assert parts == ["motor error", "encoder error", "controller error"]
 
 
@@ -83,7 +88,7 @@ def test_the_gear_turns_encoder_turns_into_wheel_angle(gear: float) -> None:
 def test_no_estimate_is_believed_before_a_heartbeat() -> None:
     device = axis()
     assert readings(device, estimates(0, 1.0)) == []
-    assert count(device, "estimates without heartbeat") == 1
+    assert count(device, "positions without heartbeat") == 1
 
 
 def test_no_estimate_is_believed_half_a_second_after_the_last_heartbeat() -> None:
@@ -268,7 +273,7 @@ FRAMES = one_of(
     ),
     builds(
         CanFrame,
-        sampled_from([0x061, 0x069]),
+        sampled_from([0x060, 0x061, 0x069]),
         binary(min_size=8, max_size=8),
         stamp_ns=integers(0, 10_000 * MS),
     ),
@@ -289,9 +294,135 @@ def test_random_frames_raise_nothing_and_move_no_wheel_faster_than_it_can(frames
     assert device.health(0).message
 
 
-def test_it_sends_nothing_and_waits_for_nothing() -> None:
-    step = axis().step(0, [heartbeat(1)])
-    assert (step.send, step.deadline_ns) == ((), NEVER_NS)
+def test_an_axis_that_is_only_listened_to_is_sent_nothing_and_waited_for_by_nothing() -> None:
+    device = ODriveAxis(ROLE, ODriveAxis.Settings(node=NODE, listen_only=True))
+    steps = [device.step(n * MS, [heartbeat(n * 100 * MS), estimates(n * 100 * MS, 1.0)]) for n in range(200)]
+    assert {(step.send, step.deadline_ns) for step in steps} == {((), NEVER_NS)}
+
+
+def requests(device: ODriveAxis, *frames: CanFrame) -> int:
+    sent = [frame for each in frames for frame in device.step(each.stamp_ns, [each]).send]
+    assert all(frame == CanFrame(0x060, b"", remote=True) for frame in sent)
+    return len(sent)
+
+
+def test_the_version_is_asked_for_a_few_times_and_never_without_a_heartbeat() -> None:
+    device = axis()
+    assert requests(device, *(estimates(n * MS, 1.0) for n in range(100))) == 0
+    assert requests(device, *(heartbeat(n * 100 * MS) for n in range(1, 1000))) == 5
+
+
+def test_it_is_asked_again_after_it_was_away() -> None:
+    device = axis()
+    assert requests(device, *(heartbeat(n * 100 * MS) for n in range(20))) == 5
+    assert requests(device, *(heartbeat(n * 100 * MS) for n in range(30, 60))) == 5
+
+
+def test_a_starting_axis_is_not_asked() -> None:
+    assert requests(axis(), *(heartbeat(n * 100 * MS, state=AxisState.STARTUP) for n in range(20))) == 0
+
+
+def test_an_axis_of_0_6_is_told_as_the_wrong_device_with_the_mend() -> None:
+    device = axis()
+    assert readings(device, heartbeat(0), version(1 * MS), estimates(2 * MS, 1.0)) == []
+    health = device.health(3 * MS)
+    assert (health.state, health.message) == (
+        State.WRONG_DEVICE,
+        'its firmware is 0.6.10: set driver = "odrive-0.6"',
+    )
+    assert health.counts["positions of another firmware"] == 1
+
+
+def test_a_firmware_without_a_driver_is_told_as_that() -> None:
+    device = axis()
+    readings(device, heartbeat(0), version(1 * MS, 1, 2, 3))
+    assert device.health(2 * MS).message == "its firmware is 1.2.3: there is no driver for it"
+
+
+@mark.parametrize("result", [2, 3, 15])
+def test_a_procedure_result_of_0_6_is_no_motor_error_even_if_nobody_may_ask(result: int) -> None:
+    device = ODriveAxis(ROLE, ODriveAxis.Settings(node=NODE, listen_only=True))
+    assert readings(device, heartbeat(0, flags=bytes([result, 0, 0])), estimates(1, 1.0)) == []
+    assert device.health(1).state is State.WRONG_DEVICE
+    assert "odrive-0.6" in device.health(1).message
+
+
+def test_a_result_that_reads_like_a_motor_error_is_doubtful_until_the_version_is_known() -> None:
+    device = axis()
+    busy = [heartbeat(n * 100 * MS, flags=b"\1\0\0") for n in range(6)]
+    readings(device, busy[0])
+    assert device.health(0).message.endswith("(or is its firmware 0.6?)")
+    readings(device, *busy[1:])
+    assert device.health(500 * MS).message == "motor error: clear it at the controller"
+
+
+def test_a_version_that_was_garbled_is_forgotten_once_nobody_repeats_it() -> None:
+    device = axis()
+    readings(device, heartbeat(0), version(1 * MS, 77, 5, 3))
+    readings(device, *(heartbeat(n * 100 * MS) for n in range(1, 220)))
+    assert device.health(21_900 * MS).state is not State.WRONG_DEVICE
+
+
+def test_a_request_by_another_host_or_canopen_is_no_version() -> None:
+    device = ODriveAxis(ROLE, ODriveAxis.Settings(node=0))
+    frames = [CanFrame(0, b"\1\2", stamp_ns=1), CanFrame(0, b"", remote=True, stamp_ns=2)]
+    readings(device, CanFrame(1, bytes.fromhex("0000000001000000"), stamp_ns=1), *frames)
+    assert device.health(3).state is State.STALLED
+
+
+def counted(role: WheelRole = ROLE) -> ODriveAxis:
+    return ODriveAxis(role, ODriveAxis.Settings(node=NODE, counts_per_turn=8192))
+
+
+def counts(stamp_ns: int, shadow: int) -> CanFrame:
+    return CanFrame(NODE << 5 | 0x00A, pack("<ii", shadow, shadow % 8192), stamp_ns=stamp_ns)
+
+
+def test_the_known_counts_are_decoded() -> None:
+    assert decode_counts(bytes.fromhex("FB FF FF FF FB 1F 00 00")) == (-5, 8187)
+
+
+def test_the_known_counts_make_a_reading() -> None:
+    frame = CanFrame(0x06A, bytes.fromhex("FB FF FF FF FB 1F 00 00"), stamp_ns=5 * MS)
+    (reading,) = readings(counted(), heartbeat(0), frame)
+    assert reading.angle == approx(-5 / 8192 * tau)
+
+
+@given(integers(-(1 << 31), (1 << 31) - 1), lists(integers(-100, 100), min_size=1, max_size=50))
+def test_counts_wrap_either_way_without_a_jump(start: int, steps: list[int]) -> None:
+    total, frames = start, [heartbeat(0), counts(1, start)]
+    for n, step in enumerate(steps):
+        total += step
+        frames.append(counts((n + 1) * 2 * MS, (total + (1 << 31)) % (1 << 32) - (1 << 31)))
+    given = readings(counted(), *frames)
+    assert given[-1].angle - given[0].angle == approx((total - start) / 8192 * tau, abs=1e-9)
+    assert not any(reading.discontinuity for reading in given)
+
+
+def test_with_counts_estimates_are_not_read() -> None:
+    device = counted()
+    assert readings(device, heartbeat(0), estimates(1, 1.0)) == []
+    assert count(device, "other frames") == 1
+    assert "encoder_count_rate_ms" in device.health(2).message
+
+
+def test_a_restart_of_the_counts_is_no_motion() -> None:
+    given = readings(
+        counted(),
+        heartbeat(0),
+        counts(1 * MS, 2457),
+        heartbeat(100 * MS, state=AxisState.STARTUP),
+        heartbeat(200 * MS, state=IDLE),
+        counts(210 * MS, 0),
+        counts(220 * MS, 82),
+    )
+    assert [r.discontinuity for r in given] == [False, True, False]
+    assert given[2].angle - given[0].angle == approx(82 / 8192 * tau)
+
+
+@mark.parametrize("wrong", [heartbeat(0, error=0x1), heartbeat(0, flags=b"\0\1\0"), heartbeat(0, state=0)])
+def test_counts_are_gated_by_the_heartbeat_too(wrong: CanFrame) -> None:
+    assert readings(counted(), wrong, counts(1, 5)) == []
 
 
 def test_health_tells_turning_from_half_silence_and_silence() -> None:
@@ -308,3 +439,8 @@ def test_health_tells_turning_from_half_silence_and_silence() -> None:
 def test_an_impossible_node_is_refused_by_name() -> None:
     with raises(ValueError, match="node is 64: expected 0 to 63"):
         ODriveAxis.Settings(node=64)
+
+
+def test_an_impossible_count_is_refused_by_name() -> None:
+    with raises(ValueError, match="counts_per_turn is -1: expected 0 to"):
+        ODriveAxis.Settings(counts_per_turn=-1)

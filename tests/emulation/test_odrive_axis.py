@@ -161,3 +161,38 @@ def test_an_unplugged_adapter_does_not_stop_the_axis() -> None:
     frames = bus.take(7 * SECOND)
     assert frames[0].stamp_ns >= 6 * SECOND
     assert struct.unpack("<f", of(ESTIMATES, frames)[-1].data[:4])[0] == pytest.approx(3.5, abs=0.01)
+
+
+def test_a_failed_motor_is_flagged_and_leaves_the_encoder() -> None:
+    node = axis()
+    bus = on_bus(node)
+    bus.take(SECOND)
+    node.fault("motor_failed", SECOND)
+    frames = bus.take(2 * SECOND)
+    assert of(HEARTBEAT, frames)[-1].data == bytes.fromhex("0000000001010000")
+    assert struct.unpack("<f", of(ESTIMATES, frames)[-1].data[4:]) == pytest.approx((TURNS_PER_S,))
+
+
+def test_counts_come_by_themselves_when_they_are_configured() -> None:
+    options = ODriveOptions(node=3, counts_per_turn=4096, counts_ns=20 * MS)
+    node = ODriveAxis("wheel", lambda now_ns: tau * now_ns / SECOND, Random(1), options)
+    frames = of(COUNTS, on_bus(node).take(2 * SECOND))
+    assert len(frames) == pytest.approx(100, abs=1)
+    (shadow, within) = struct.unpack("<ii", frames[-1].data)
+    assert shadow == pytest.approx(4096 * frames[-1].stamp_ns / SECOND, abs=5)
+    assert within == shadow % 4096
+
+
+def test_its_count_can_be_set() -> None:
+    bus = on_bus(axis())
+    bus.take(REBOOT_NS)
+    bus.send((CanFrame(0x079, struct.pack("<i", -8192)),), REBOOT_NS)
+    last = of(ESTIMATES, bus.take(REBOOT_NS + SECOND))[-1]
+    assert struct.unpack("<f", last.data[:4])[0] == pytest.approx(-0.5, abs=0.01)
+
+
+def test_it_gives_no_answer_to_a_request_for_its_version() -> None:
+    bus = on_bus(axis())
+    bus.take(REBOOT_NS)
+    bus.send((CanFrame(0x060, b"", remote=True),), REBOOT_NS)
+    assert of(0x060, bus.take(REBOOT_NS + SECOND)) == []

@@ -190,7 +190,7 @@ def test_faults_are_begun_listed_and_cleared_by_name(directory: Path) -> None:
     assert (left["name"], left["verb"]) == ("left", "delayed")
     assert 0 < left["for_s"] <= 60.0
     assert set(listed["verbs"]["wheel"]) == {
-        *("off", "unplug", "garbage", "delayed", "intermittent", "encoder_lost")
+        *("off", "unplug", "garbage", "delayed", "intermittent", "encoder_lost", "motor_failed")
     }
     control(directory, clear="front")
     with i2c_client(directory) as client:
