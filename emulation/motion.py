@@ -94,6 +94,8 @@ class Tour:
     spins: frozenset[int] = frozenset()
     """Indices of the way points on which it looks around: a full turn, counter-clockwise."""
     limits: Limits = Limits()
+    wait: float = 0.0
+    """s: how long the robot stands before it starts."""
     _phases: tuple[_Phase, ...] = field(init=False, repr=False)
     _starts: tuple[float, ...] = field(init=False, repr=False)
 
@@ -141,7 +143,7 @@ class Tour:
         return (state.distance - lead) / wheel_radius, (state.distance + lead) / wheel_radius
 
     def _state(self, t_s: float) -> _State:
-        laps, in_lap = divmod(max(t_s, 0.0), self.lap_time)
+        laps, in_lap = divmod(max(t_s - self.wait, 0.0), self.lap_time)
         index = bisect_right(self._starts, in_lap) - 1
         phase = self._phases[index]
         gone, speed = phase.stroke.at(in_lap - self._starts[index])

@@ -13,7 +13,8 @@ from pytest import approx, fixture, mark
 from echogrid.drivers.bus import CanFrame
 from echogrid.drivers.readings import WheelReading
 from echogrid.drivers.transports.can import CanPort
-from echogrid.mapping.odometry import DifferentialDrive
+from echogrid.mapping.kinematics import Differential
+from echogrid.mapping.odometry import Odometry
 from hil_tests.conftest import Measure
 from hil_tests.kernel import add_vcan, command
 from hil_tests.kernel_devices import KernelDevices
@@ -96,8 +97,8 @@ def test_cansend_moves_the_odometry(port: CanPort) -> None:
     left, right = odrive("left", 0), odrive("right", 1)
     readout = Readout(port, left, right)
     readout.pump.turn()
-    drive = DifferentialDrive(wheel_radius=0.1, track=0.4)
-    for turns in (0.0, 0.5):
+    odometry = Odometry(Differential(0.1, 0.1, 0.4, 1e-4))
+    for stamp_ns, turns in enumerate((0.0, 0.5)):
         position = struct.pack("<ff", turns, 0.5).hex()
         for node in (0x00, 0x20):
             command("cansend", QUIET, f"{node | 0x001:03X}#0000000001000000")
@@ -105,7 +106,7 @@ def test_cansend_moves_the_odometry(port: CanPort) -> None:
         latest = {
             reading.wheel: reading.angle for reading in readout.take(2) if isinstance(reading, WheelReading)
         }
-        pose = drive.update(latest["left"], latest["right"])
+        pose = odometry.update(stamp_ns, (latest["left"], latest["right"]))
     assert pose.x == approx(0.1 * 3.14159, abs=1e-4)
     assert pose.y == approx(0.0, abs=1e-6)
 

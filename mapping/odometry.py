@@ -1,4 +1,4 @@
-"""Dead reckoning of a differential drive from the absolute angles of its two wheels."""
+"""Dead reckoning: the pose and its covariance, from motions one after the other."""
 
 from dataclasses import dataclass, field
 from math import cos, sin
@@ -6,29 +6,39 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
+from echogrid.mapping.gap import GapWatch
+from echogrid.mapping.kinematics import Angles, Kinematics, Motion
 from echogrid.mapping.pose import Pose, wrap_angle
+from echogrid.mapping.yaw_fusion import YawFusion
+
+Covariance = NDArray[np.float64]
+"""(3, 3), of x (m), y (m) and yaw (rad)."""
 
 _STRAIGHT = 1e-6
 """rad: a smaller turn is driven straight, where the arc's radius would lose all digits."""
+_GAP_DOUBT = 10.0
+"""How much larger the variances of a motion are that was seen only from both ends of a gap."""
 
 
-def midpoint_step(pose: Pose, left: float, right: float, track: float) -> Pose:
-    """The pose after the wheels rolled `left` and `right` metres, by the midpoint rule.
+def midpoint_step(pose: Pose, motion: Motion) -> Pose:
+    """The pose after a motion, by the midpoint rule.
 
-    It moves along the mean heading: x += ds cos(yaw + dyaw/2). Its Jacobians are those of `propagate`.
+    It moves along the mean heading: x += forward cos(yaw + turn/2). Its Jacobians are those of `propagate`.
     """
-    forward, turn = (right + left) / 2.0, (right - left) / track
-    heading = pose.yaw + turn / 2.0
-    return Pose(pose.x + forward * cos(heading), pose.y + forward * sin(heading), wrap_angle(pose.yaw + turn))
+    heading = pose.yaw + motion.turn / 2.0
+    return Pose(
+        pose.x + motion.forward * cos(heading),
+        pose.y + motion.forward * sin(heading),
+        wrap_angle(pose.yaw + motion.turn),
+    )
 
 
-def arc_step(pose: Pose, left: float, right: float, track: float) -> Pose:
-    """The pose after the wheels rolled `left` and `right` metres, along the exact circular arc."""
-    turn = (right - left) / track
-    if abs(turn) <= _STRAIGHT:
-        return midpoint_step(pose, left, right, track)
-    radius = (right + left) / 2.0 / turn
-    yaw = pose.yaw + turn
+def arc_step(pose: Pose, motion: Motion) -> Pose:
+    """The pose after a motion, along the exact circular arc."""
+    if abs(motion.turn) <= _STRAIGHT:
+        return midpoint_step(pose, motion)
+    radius = motion.forward / motion.turn
+    yaw = pose.yaw + motion.turn
     return Pose(
         pose.x + radius * (sin(yaw) - sin(pose.yaw)),
         pose.y - radius * (cos(yaw) - cos(pose.yaw)),
@@ -36,48 +46,71 @@ def arc_step(pose: Pose, left: float, right: float, track: float) -> Pose:
     )
 
 
-def propagate(
-    covariance: NDArray[np.float64], pose: Pose, left: float, right: float, track: float, spread: float
-) -> NDArray[np.float64]:
-    """The (3, 3) covariance of x, y, yaw after a step from `pose`.
+def propagate(covariance: Covariance, pose: Pose, motion: Motion) -> Covariance:
+    """The covariance after a motion from `pose`.
 
-    P' = F P F' + V Q V' with Q = diag(spread |right|, spread |left|), `spread` in m^2 per m of each wheel's
-    way (Chong & Kleeman 1997).
+    P' = F P F' + G M G', where F and G are the midpoint step's Jacobians by the pose and by the motion, and M
+    is the motion's own covariance. As M was carried through the drive's Jacobian, G M G' is the V Q V' of
+    Chong & Kleeman 1997.
     """
-    forward, turn = (right + left) / 2.0, (right - left) / track
-    heading = pose.yaw + turn / 2.0
+    heading = pose.yaw + motion.turn / 2.0
     c, s = cos(heading), sin(heading)
-    state = np.array([[1.0, 0.0, -forward * s], [0.0, 1.0, forward * c], [0.0, 0.0, 1.0]])
-    lean = forward / (2.0 * track)
-    wheels = np.array(
-        [
-            [c / 2.0 - lean * s, c / 2.0 + lean * s],
-            [s / 2.0 + lean * c, s / 2.0 - lean * c],
-            [1.0 / track, -1.0 / track],
-        ]
-    )
-    noise = np.diag([spread * abs(right), spread * abs(left)])
-    result: NDArray[np.float64] = state @ covariance @ state.T + wheels @ noise @ wheels.T
+    aside, ahead = -motion.forward * s, motion.forward * c
+    by_pose = np.array([[1.0, 0.0, aside], [0.0, 1.0, ahead], [0.0, 0.0, 1.0]])
+    by_motion = np.array([[c, aside / 2.0], [s, ahead / 2.0], [0.0, 1.0]])
+    noise = np.array([[motion.forward_variance, motion.shared], [motion.shared, motion.turn_variance]])
+    result: Covariance = by_pose @ covariance @ by_pose.T + by_motion @ noise @ by_motion.T
     return result
 
 
-@dataclass(slots=True)
-class DifferentialDrive:
-    """The pose in the odom frame, from where the wheels were first seen."""
+def _sure() -> Covariance:
+    return np.zeros((3, 3))
 
-    wheel_radius: float
-    track: float
+
+@dataclass(slots=True)
+class Odometry:
+    """The pose in the odom frame, from where the encoders were first seen, and how sure it is.
+
+    After a gap a motion counts as less sure. After a restart, when what was driven meanwhile is lost, the
+    robot may have gone on as before: the way and the turn that it would have made become standard deviations.
+    """
+
+    kinematics: Kinematics
+    yaw_fusion: YawFusion | None = None
+    """Where there is a gyro."""
     pose: Pose = field(default_factory=Pose)
+    covariance: Covariance = field(default_factory=_sure)
+    """Of the pose. A new array at each step: it may be kept."""
     travelled: float = 0.0
     """m, the length of the path."""
-    _angles: tuple[float, float] | None = None
+    _last: tuple[int, Angles] | None = None
+    _speed: tuple[float, float] = (0.0, 0.0)
+    _gaps: GapWatch = field(default_factory=GapWatch)
 
-    def update(self, left: float, right: float) -> Pose:
-        """The pose now that the wheels stand at these absolute angles (rad)."""
-        if self._angles is not None:
-            rolled_left = (left - self._angles[0]) * self.wheel_radius
-            rolled_right = (right - self._angles[1]) * self.wheel_radius
-            self.pose = arc_step(self.pose, rolled_left, rolled_right, self.track)
-            self.travelled += abs(rolled_left + rolled_right) / 2.0
-        self._angles = left, right
+    def update(self, stamp_ns: int, angles: Angles, restarted: bool = False) -> Pose:
+        """The pose now that the encoders stand at these absolute angles; stamps rise from call to call.
+
+        `restarted`: they were led on with zero motion since the last call.
+        """
+        if self._last is not None:
+            last_ns, before = self._last
+            motion = self.kinematics.motion(before, angles)
+            self._move(last_ns, stamp_ns, self._lost(stamp_ns - last_ns) if restarted else motion)
+        self._last = stamp_ns, angles
         return self.pose
+
+    def _move(self, start_ns: int, end_ns: int, motion: Motion) -> None:
+        interval_ns = end_ns - start_ns
+        if self._gaps.is_gap(interval_ns):
+            motion = motion.less_sure(_GAP_DOUBT)
+        if self.yaw_fusion is not None:
+            motion = self.yaw_fusion.fused(start_ns, end_ns, motion)
+        self.covariance = propagate(self.covariance, self.pose, motion)
+        self.pose = arc_step(self.pose, motion)
+        self.travelled += abs(motion.forward)
+        self._speed = motion.forward / interval_ns, motion.turn / interval_ns
+
+    def _lost(self, interval_ns: int) -> Motion:
+        """No motion, with what it may have been."""
+        forward, turn = (speed * interval_ns for speed in self._speed)
+        return Motion(0.0, 0.0, forward**2, turn**2)

@@ -13,6 +13,8 @@ class WheelAngles:
     stamp_ns: int
     left: float
     right: float
+    restarted: bool = False
+    """They were led on with zero motion from the last pair: a wheel jumped since."""
 
 
 class WheelPair:
@@ -76,7 +78,8 @@ class WheelPair:
             self.restarts += 1
             if self._given is not None:
                 self._lead = self._given.left - raw.left, self._given.right - raw.right
-        self._given = WheelAngles(raw.stamp_ns, raw.left + self._lead[0], raw.right + self._lead[1])
+        lead_left, lead_right = self._lead
+        self._given = WheelAngles(raw.stamp_ns, raw.left + lead_left, raw.right + lead_right, bool(jumped))
         return self._given
 
     def _paired(self, left: WheelReading) -> WheelAngles | None:

@@ -5,11 +5,12 @@ from typing import Any
 from echogrid.drivers.device import BusLine
 from echogrid.mapping.bayes import BayesGrid
 from echogrid.mapping.grid import GridGeometry
+from echogrid.mapping.kinematics import Differential, skid_steer
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.long_term_map import LongTermMap
 from echogrid.mapping.lookout import Lookout
 from echogrid.mapping.mapper import Mapper
-from echogrid.mapping.odometry import DifferentialDrive
+from echogrid.mapping.odometry import Odometry
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.pose_buffer import PoseBuffer
 from echogrid.mapping.stop_layer import StopLayer, StopZone
@@ -63,7 +64,7 @@ def fusion(config: Config) -> Fusion:
     stop = StopLayer((sensor.ranger() for sensor in config.sensor), zone)
     lookout = Lookout(local, sensor, stop, verifier(config))
     poses = PoseBuffer(widest_gap_ns=pose_gap_ns(config))
-    return Fusion(mapper(config, geometry(config), poses), drive(config), lookout)
+    return Fusion(mapper(config, geometry(config), poses), odometry(config), lookout)
 
 
 def mapper(config: Config, area: GridGeometry, poses: PoseBuffer, most_waiting: int | None = 4096) -> Mapper:
@@ -111,9 +112,17 @@ def pose_gap_ns(config: Config) -> int:
     return round(config.map.pose_gap_s * SECOND_NS)
 
 
-def drive(config: Config) -> DifferentialDrive:
-    """Dead reckoning. Raises ConfigError without the wheels' measures."""
+def drive(config: Config) -> Differential:
+    """What the wheels say of the robot's motion. Raises ConfigError without the wheels' measures."""
     robot = config.robot
     if robot.wheel_radius_m is None or robot.track_m is None:
         raise ConfigError([(("robot",), "`wheel_radius_m` and `track_m` are needed for wheel odometry")])
-    return DifferentialDrive(robot.wheel_radius_m, robot.track_m)
+    left = robot.wheel_radius_m * 2.0 / (robot.wheel_ratio + 1.0)
+    right = robot.wheel_radius_m * 2.0 / (1.0 / robot.wheel_ratio + 1.0)
+    spread = (robot.wheel_error_mm * 1e-3) ** 2
+    return skid_steer(Differential(left, right, robot.track_m, spread), robot.slip_factor)
+
+
+def odometry(config: Config) -> Odometry:
+    """Dead reckoning. Raises ConfigError without the wheels' measures."""
+    return Odometry(drive(config))

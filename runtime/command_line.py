@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from echogrid import __version__
 from echogrid.drivers.errors import EchogridError
 from echogrid.runtime.commands import (
+    calibrate,
     emulate,
     evaluate,
     fault,
@@ -20,7 +21,7 @@ from echogrid.runtime.commands import (
 )
 from echogrid.runtime.errors import UsageError
 
-_COMMANDS = (run, make_map, schedule, scan, read, set_address, emulate, fault, evaluate)
+_COMMANDS = (run, make_map, schedule, scan, read, set_address, calibrate, emulate, fault, evaluate)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

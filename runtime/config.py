@@ -22,12 +22,22 @@ class RobotConfig:
 
     name: str = "robot"
     wheel_radius_m: float | None = None
+    """The mean of both."""
     track_m: float | None = None
+    wheel_ratio: float = 1.0
+    """The right wheel's radius over the left one's."""
+    slip_factor: float = 1.0
+    """Skid-steer: the effective track over the measured one."""
+    wheel_error_mm: float = 5.0
+    """The standard deviation of a wheel's way after 1 m; it grows with the root of the way."""
     air_temperature_c: float = 20.0
 
     def __post_init__(self) -> None:
         for name, value in (("wheel_radius_m", self.wheel_radius_m), ("track_m", self.track_m)):
             _require(value is None or 0.001 <= value <= 100, f"`{name}` must lie in 0.001...100")
+        _require(0.5 <= self.wheel_ratio <= 2, "`wheel_ratio` must lie in 0.5...2")
+        _require(0.5 <= self.slip_factor <= 10, "`slip_factor` must lie in 0.5...10")
+        _require(0 < self.wheel_error_mm <= 1000, "`wheel_error_mm` must lie in 0...1000")
         _require(-40 <= self.air_temperature_c <= 85, "`air_temperature_c` must lie in -40...85")
 
 

@@ -15,6 +15,7 @@ from echogrid.emulation.offices import office, office_tour
 from echogrid.emulation.robot import BusSpec, EmulatedRobot, RangerSpec, RobotSpec, WheelSpec
 from echogrid.emulation.transducers import TRANSDUCERS
 from echogrid.emulation.world import World
+from echogrid.runtime import assembly
 from echogrid.runtime.config import Config, SensorConfig, WheelConfig
 from echogrid.runtime.errors import ConfigError
 from echogrid.runtime.lines import lines
@@ -33,7 +34,7 @@ def emulated_robot(
     Raises ConfigError, RobotSpecError when something in it can't be emulated.
     """
     lines(config)
-    spec = robot_spec(config)
+    spec, wheels = robot_spec(config), assembly.drive(config)
     place, way = world or office(), tour or office_tour()
 
     def pose_at(now_ns: int) -> tuple[float, float, float]:
@@ -46,8 +47,8 @@ def emulated_robot(
         return air.surroundings(Ranger(ranger.name, mount, TRANSDUCERS[ranger.model]))
 
     def wheel_angle(side: str, now_ns: int) -> float:
-        left, right = way.wheel_angles((now_ns - started_ns) / _SECOND_NS, spec.wheel_radius, spec.track)
-        return left if side == "left" else right
+        left, right = way.wheel_angles((now_ns - started_ns) / _SECOND_NS, 1.0, wheels.track)
+        return left / wheels.left_radius if side == "left" else right / wheels.right_radius
 
     return EmulatedRobot(spec, surroundings_of, wheel_angle, seed=seed)
 

@@ -155,8 +155,11 @@ def post_bearings(config: Config, tape: Tape, told: list[tuple[int, Pose]]) -> l
 
 def recorded(config: Config, tape: Tape) -> Recording:
     """A tape, as a robot of that configuration understands it."""
-    drive = assembly.drive(config)
-    poses = [(angles.stamp_ns, drive.update(angles.left, angles.right)) for angles in tape.wheels]
+    odometry = assembly.odometry(config)
+    poses = [
+        (angles.stamp_ns, odometry.update(angles.stamp_ns, (angles.left, angles.right)))
+        for angles in tape.wheels
+    ]
     return Recording(config, poses, [("tape", reading) for reading in tape.ranges])
 
 

@@ -12,7 +12,7 @@ from echogrid.mapping.ledger import Ledger
 from echogrid.mapping.long_term_map import MapImage
 from echogrid.mapping.lookout import Lookout
 from echogrid.mapping.mapper import Drop, Mapper
-from echogrid.mapping.odometry import DifferentialDrive
+from echogrid.mapping.odometry import Covariance, Odometry
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.stuck import StuckWatch
 from echogrid.mapping.virtual_sensor import ObstacleView
@@ -27,6 +27,8 @@ class Snapshot:
     stamp_ns: int
     pose: Pose
     """In the odom frame, at the newest wheel reading."""
+    covariance: Covariance
+    """Of that pose, as far as dead reckoning knows."""
     travelled: float
     """m."""
     view: ObstacleView
@@ -42,11 +44,11 @@ class Snapshot:
 class Fusion:
     """All state of the loop. One thread owns it."""
 
-    def __init__(self, mapper: Mapper, drive: DifferentialDrive, lookout: Lookout) -> None:
+    def __init__(self, mapper: Mapper, odometry: Odometry, lookout: Lookout) -> None:
         self.listening = Listening()
         self.stuck = StuckWatch()
         self._mapper = mapper
-        self._drive = drive
+        self._odometry = odometry
         self._lookout = lookout
         self._pair = WheelPair()
         self._moved_ns = -(1 << 62)
@@ -77,18 +79,19 @@ class Fusion:
         ranges = tuple(reading for reading in readings if isinstance(reading, RangeReading))
         for reading in ranges:
             self.listening.take(reading)
-            self.stuck.see(reading, self._drive.pose)
+            self.stuck.see(reading, self._odometry.pose)
             self._mapper.add(reading)
         placed, drops = self._mapper.advance()
         self._lookout.hear(ranges)
-        self._lookout.see(placed, self._drive.pose, now_ns)
-        view = self._lookout.view(self._drive.pose, now_ns)
+        self._lookout.see(placed, self._odometry.pose, now_ns)
+        view = self._lookout.view(self._odometry.pose, now_ns)
         late = {id(drop.reading) for drop in drops if drop.reason in ("late", "listened")}
         used = tuple(reading for reading in ranges if id(reading) not in late)
         return Snapshot(
             now_ns,
-            self._drive.pose,
-            self._drive.travelled,
+            self._odometry.pose,
+            self._odometry.covariance,
+            self._odometry.travelled,
             view,
             used,
             tuple(wheels),
@@ -123,7 +126,8 @@ class Fusion:
         if angles.stamp_ns <= self._moved_ns:
             return False
         self._moved_ns = angles.stamp_ns
-        return self._mapper.add_pose(angles.stamp_ns, self._drive.update(angles.left, angles.right))
+        pose = self._odometry.update(angles.stamp_ns, (angles.left, angles.right), angles.restarted)
+        return self._mapper.add_pose(angles.stamp_ns, pose)
 
     def _paired(self, reading: WheelReading) -> list[WheelAngles]:
         if reading.wheel == "right":

@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from echogrid.drivers.readings import RangeReading
 from echogrid.mapping.pose import Pose
+from echogrid.mapping.wheel_pair import WheelAngles
 from echogrid.runtime import assembly, robot_file, simple_log
 from echogrid.runtime.config import Config
 from echogrid.runtime.errors import ConfigError, UsageError
@@ -81,12 +82,17 @@ def _poses(folder: Path, recording: Recording) -> list[tuple[int, Pose]]:
     return monotonic([(place, stamp_ns, pose) for place, (stamp_ns, pose) in poses], recording.faults)
 
 
+def wheel_rows(folder: Path, faults: RowFaults) -> list[tuple[int, WheelAngles]]:
+    """The usable rows of wheels.csv with their stamps, in order; the others are added to the faults."""
+    angles = _usable(folder, simple_log.WHEELS, faults, simple_log.wheel_angles)
+    return monotonic([(place, each.stamp_ns, each) for place, each in angles], faults)
+
+
 def _reckoned(folder: Path, recording: Recording) -> list[tuple[int, Pose]]:
     """Dead reckoning of wheels.csv."""
-    angles = _usable(folder, simple_log.WHEELS, recording.faults, simple_log.wheel_angles)
-    in_order = monotonic([(place, each.stamp_ns, each) for place, each in angles], recording.faults)
-    drive = assembly.drive(recording.config)
-    return [(stamp_ns, drive.update(each.left, each.right)) for stamp_ns, each in in_order]
+    in_order = wheel_rows(folder, recording.faults)
+    odometry = assembly.odometry(recording.config)
+    return [(stamp_ns, odometry.update(stamp_ns, (each.left, each.right))) for stamp_ns, each in in_order]
 
 
 def _ranges(folder: Path, recording: Recording) -> Iterator[tuple[str, RangeReading]]:

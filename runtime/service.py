@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from math import degrees, sqrt
 from typing import Any, Protocol
 
 from echogrid.drivers.clock import Clock
@@ -43,6 +44,8 @@ class Run:
     """By device."""
     travelled: float = 0.0
     """m."""
+    pose_errors: tuple[float, ...] = (0.0, 0.0, 0.0)
+    """Standard deviations of x, y (m) and yaw (rad) at the end, as far as dead reckoning knows."""
     stopping: bool = False
 
     def go(self, duration_s: float | None, show: Callable[[Status], None]) -> None:
@@ -68,6 +71,7 @@ class Run:
         for sink in self.sinks:
             sink.put(snapshot.ranges, snapshot.wheels)
         self.travelled = snapshot.travelled
+        self.pose_errors = tuple(sqrt(variance) for variance in snapshot.covariance.diagonal())
         self._remember(snapshot, readings)
         return snapshot
 
@@ -93,6 +97,7 @@ class Run:
             "wheel_readings_unpaired": self.fusion.unpaired,
             "wheel_restarts": self.fusion.restarts,
             "travelled_m": round(self.travelled, 3),
+            "pose_error": _pose_error(*self.pose_errors),
             "ticks": {"in_time": self.loop.in_time, "late": self.loop.late, "skipped": self.loop.skipped},
             "devices": {
                 each.device: {
@@ -103,6 +108,11 @@ class Run:
                 for each in devices
             },
         }
+
+
+def _pose_error(x: float, y: float, yaw: float) -> dict[str, float]:
+    """How unsure the last pose is: standard deviations."""
+    return {"x_m": round(x, 4), "y_m": round(y, 4), "yaw_deg": round(degrees(yaw), 3)}
 
 
 def _watched(report: DeviceReport, stuck_at: float | None) -> DeviceReport:

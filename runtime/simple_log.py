@@ -60,16 +60,22 @@ class Row:
 
 def missing(folder: Path) -> list[str]:
     """The files, and columns of their headers, that a log folder lacks, one line each."""
-    problems = []
-    if not (folder / RANGES[0]).is_file():
-        problems.append(f"{folder / RANGES[0]}: no such file")
+    problems = unusable(folder, RANGES)
     if not any((folder / name).is_file() for name, _ in (WHEELS, POSES)):
-        problems.append(f"{folder}: neither {POSES[0]} nor {WHEELS[0]}: one of them says where the robot was")
-    for name, columns in (RANGES, way(folder)):
-        if (folder / name).is_file() and (absent := set(columns) - set(_header(folder / name))):
-            lacking = ", ".join(column for column in columns if column in absent)
-            problems.append(f"{folder / name}:1: the header lacks {lacking}: it must be {','.join(columns)}")
-    return problems
+        says = "one of them says where the robot was"
+        return [*problems, f"{folder}: neither {POSES[0]} nor {WHEELS[0]}: {says}"]
+    return problems + unusable(folder, way(folder))
+
+
+def unusable(folder: Path, table: Table) -> list[str]:
+    """What keeps a table from being read, if anything: the file, or columns of its header, are not there."""
+    name, columns = table
+    if not (folder / name).is_file():
+        return [f"{folder / name}: no such file"]
+    if absent := set(columns) - set(_header(folder / name)):
+        lacking = ", ".join(column for column in columns if column in absent)
+        return [f"{folder / name}:1: the header lacks {lacking}: it must be {','.join(columns)}"]
+    return []
 
 
 def way(folder: Path) -> Table:
@@ -110,7 +116,8 @@ def range_reading(cells: tuple[str, ...], rangers: dict[str, Ranger]) -> RangeRe
 
 def wheel_angles(cells: tuple[str, ...]) -> WheelAngles:
     """A row of wheels.csv. Raises RowFaultError."""
-    return WheelAngles(stamp(cells[0]), *_finite(cells[1:]))
+    stamp_ns, (left, right) = stamp(cells[0]), _finite(cells[1:])
+    return WheelAngles(stamp_ns, left, right)
 
 
 def pose(cells: tuple[str, ...]) -> tuple[int, Pose]:

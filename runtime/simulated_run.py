@@ -1,11 +1,13 @@
 """A whole run on the jumping clock: the configured robot, its emulated counterpart, and nothing real."""
 
+from dataclasses import replace
+
 from echogrid.drivers.clock import JumpingClock
 from echogrid.emulation.motion import Tour
 from echogrid.emulation.robot import EmulatedRobot
 from echogrid.emulation.world import World
 from echogrid.runtime import assembly
-from echogrid.runtime.config import Config
+from echogrid.runtime.config import Config, RobotConfig
 from echogrid.runtime.emulated import emulated_robot
 from echogrid.runtime.loop import SECOND_NS, FixedRateLoop
 from echogrid.runtime.pump import Pump
@@ -18,16 +20,22 @@ START_NS = SECOND_NS
 
 
 def simulated_run(
-    config: Config, seed: int, world: World | None = None, tour: Tour | None = None
+    config: Config,
+    seed: int,
+    world: World | None = None,
+    tour: Tour | None = None,
+    body: RobotConfig | None = None,
 ) -> tuple[Run, EmulatedRobot]:
     """The run, ready to go, and the robot in it, so that faults can be put upon its devices. The robot drives
-    its tour through the office unless another world and tour are given.
+    its tour through the office unless another world and tour are given. `body` has its true measures, where
+    they are not those that are configured.
 
     Raises ConfigError, RobotSpecError for what is wrong with the configuration.
     """
     clock = JumpingClock(START_NS)
     lines, fusion = assembly.parts(config)
-    robot = emulated_robot(config, START_NS, seed, world, tour)
+    true = replace(config, robot=body or config.robot)
+    robot = emulated_robot(true, START_NS, seed, world, tour)
     ports = robot.ports(clock)
     queue = ReadingQueue()
     pumps = [Pump(line, ports[line.name], clock, queue.put) for line in lines]

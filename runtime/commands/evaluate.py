@@ -1,4 +1,4 @@
-"""echogrid evaluate: how good maps and firing are, in the emulated office and on a real recording."""
+"""echogrid evaluate: how good maps, firing and odometry are, emulated and on a real recording."""
 
 import argparse
 from itertools import chain
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def add(commands: "Commands") -> None:
     """Say what it takes."""
     parser = commands.add_parser(
-        "evaluate", help="measure maps, firing and the emulated acoustics", description=__doc__
+        "evaluate", help="measure maps, firing, odometry and the emulated acoustics", description=__doc__
     )
     parser.add_argument(
         "--metres", type=length, default=60.0, help="how far to drive through the office (default: 60)"
@@ -26,10 +26,11 @@ def add(commands: "Commands") -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the tables; the exit code."""
-    from echogrid.runtime import acoustics_check, crosstalk_check, evaluation
+    from echogrid.runtime import acoustics_check, crosstalk_check, evaluation, odometry_check
 
     maps = evaluation.tables(arguments.seed, arguments.metres, arguments.robond)
     firing = crosstalk_check.table(arguments.seed, arguments.metres)
-    for line in chain(maps, [""], firing, [""], acoustics_check.table(seed=arguments.seed)):
+    wheels = odometry_check.table(evaluation.default_config(), arguments.seed)
+    for line in chain(maps, [""], firing, [""], wheels, [""], acoustics_check.table(seed=arguments.seed)):
         print(line, flush=True)
     return 0

@@ -71,6 +71,13 @@ def test_it_stands_before_the_start_and_at_each_way_point():
     assert SQUARE.pose(SQUARE.lap_time)[:2] == pytest.approx(SQUARE.pose(0.0)[:2], abs=1e-9)
 
 
+@given(st.floats(0.0, 100.0))
+def test_a_robot_that_waits_drives_the_same_tour_later(t_s):
+    waiting = Tour(SQUARE.waypoints, SQUARE.spins, wait=3.0)
+    assert waiting.pose(t_s + 3.0) == pytest.approx(SQUARE.pose(t_s), abs=1e-9)
+    assert waiting.pose(min(t_s, 3.0)) == SQUARE.pose(0.0)
+
+
 @given(st.floats(-9.0, 9.0), st.floats(0.05, 2.0), st.floats(0.1, 3.0))
 def test_a_stroke_goes_its_way_within_its_limits(way, top_speed, acceleration):
     assume(abs(way) > 1e-3)

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pytest import approx
 
+from echogrid.mapping.kinematics import Differential
 from echogrid.mapping.odometry import arc_step
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.umbmark import Corrections, corrections, worst_error
@@ -20,13 +21,12 @@ TRUE = Corrections(0.0, 0.0, 1.003, 0.99)
 
 def square(turn: float, true: Corrections, assumed: Corrections = UNCORRECTED) -> tuple[float, float]:
     """Where the square ends: each wheel rolls its true part of what the odometry takes it to have rolled."""
-    left, right = true.left / assumed.left, true.right / assumed.right
-    track = TRACK * true.track_factor
+    drive = Differential(true.left / assumed.left, true.right / assumed.right, TRACK * true.track_factor, 0.0)
     corner = turn * pi / 2.0 * TRACK * assumed.track_factor / 2.0
     pose = Pose()
     for _ in range(4):
-        pose = arc_step(pose, SIDE * left, SIDE * right, track)
-        pose = arc_step(pose, -corner * left, corner * right, track)
+        for angles in ((SIDE, SIDE), (-corner, corner)):
+            pose = arc_step(pose, drive.motion((0.0, 0.0), angles))
     return pose.x, pose.y
 
 

@@ -145,6 +145,7 @@ def test_a_wheel_that_restarts_while_both_turn_alike_does_not_turn_the_robot(nam
     leads = [each.left - each.right for each in pairs]
     assert leads == approx([leads[0]] * len(leads), abs=1e-9)
     assert pair.restarts == 1
+    assert [each.restarted for each in pairs].count(True) == 1
     assert pairs[-1].stamp_ns >= 2980 * MS
     turned = pairs[-1].left - pairs[0].left
     assert turned == approx(3.0 - (back_ms - 490) * 1e-3, abs=0.05)

@@ -1,9 +1,11 @@
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from echogrid.runtime import assembly, lines, robot_file
-from echogrid.runtime.config import BusConfig, Config, FiringConfig
+from echogrid.runtime.config import BusConfig, Config, FiringConfig, RobotConfig
 from echogrid.runtime.emulated import DEFAULT_ROBOT
 from echogrid.runtime.errors import ConfigError, UsageError
 
@@ -32,6 +34,16 @@ def test_a_run_needs_both_wheels(config: Config) -> None:
         ConfigError, match="a run needs a \\[\\[wheel\\]\\] named `left` and one named `right`"
     ):
         lines.lines(replace(config, wheel=config.wheel[:1]))
+
+
+@given(st.floats(0.9, 1.1), st.floats(1.0, 2.0), st.floats(0.1, 50.0))
+def test_the_drive_has_the_configured_measures(ratio: float, slip: float, error_mm: float) -> None:
+    robot = RobotConfig("r", 0.06, 0.3, ratio, slip, error_mm)
+    drive = assembly.drive(Config(robot=robot))
+    assert drive.right_radius / drive.left_radius == pytest.approx(ratio)
+    assert (drive.left_radius + drive.right_radius) / 2.0 == pytest.approx(0.06)
+    assert drive.track == pytest.approx(0.3 * slip)
+    assert drive.spread == pytest.approx((error_mm / 1000.0) ** 2)
 
 
 @pytest.mark.parametrize(("width", "resolution"), [(1e9, 0.1), (1e300, 0.005), (float("nan"), 1.0)])

@@ -109,8 +109,9 @@ def test_the_log_of_its_ticks_gives_the_same_map_offline(
     ticks = [state.tick(SECOND, [next(ordered) for _ in range(len(drive()))])]
     ticks += [state.tick(2 * SECOND, [next(ordered) for _ in portion]) for portion in portions]
     state.finish()
-    odometry = assembly.drive(config)
-    poses = [(w.stamp_ns, odometry.update(w.left, w.right)) for tick in ticks for w in tick.wheels]
+    odometry = assembly.odometry(config)
+    wheels = [w for tick in ticks for w in tick.wheels]
+    poses = [(w.stamp_ns, odometry.update(w.stamp_ns, (w.left, w.right))) for w in wheels]
     log = Recording(config, poses, [("log:1", reading) for tick in ticks for reading in tick.ranges])
     stamps = [stamp_ns for stamp_ns, _ in poses]
     assert stamps == sorted(set(stamps))
@@ -183,6 +184,14 @@ def test_the_pose_and_the_way_are_those_of_the_wheels() -> None:
     assert hypot(snapshot.pose.x, snapshot.pose.y) == pytest.approx(0.8)
     assert snapshot.travelled == pytest.approx(0.8)
     assert len(snapshot.wheels) == 201
+
+
+def test_the_pose_is_the_less_sure_the_further_the_robot_went() -> None:
+    (short,), (long,) = ticked(fusion(), [drive(1.0)]), ticked(fusion(), [drive(4.0)])
+    spread = 0.005**2 / 2.0
+    assert short.covariance[0, 0] == pytest.approx(0.2 * spread)
+    assert long.covariance[0, 0] == pytest.approx(0.8 * spread)
+    assert np.linalg.eigvalsh(long.covariance - short.covariance).min() >= 0.0
 
 
 def test_a_wheel_reading_given_twice_is_one_move() -> None:

@@ -1,0 +1,48 @@
+"""Changing numbers in a TOML file in place: every other byte of it stays."""
+
+import re
+import tomllib
+from collections.abc import Mapping
+
+from echogrid.runtime.toml_lines import key_lines
+
+
+def with_numbers(text: str, table: str, values: Mapping[str, float]) -> str:
+    """The text with these keys of a [table] set. Keys which are not there come after those which are.
+
+    Raises ValueError when the table is written in a way which can't be edited line by line.
+    """
+    lines = text.splitlines(keepends=True)
+    known = key_lines(text)
+    missing = {key: value for key, value in values.items() if (table, key) not in known}
+    for key in values.keys() - missing:
+        line = known[table, key] - 1
+        lines[line] = re.sub(
+            rf"^(\s*{re.escape(key)}\s*=\s*)[^\s#]+", rf"\g<1>{_number(values[key])}", lines[line]
+        )
+    if missing and (table,) in known:
+        at = max(known.get((table, key), known[table,]) for key in values)
+        end = "\r\n" if lines[at - 1].endswith("\r\n") else "\n"
+        lines[at - 1] = lines[at - 1].rstrip("\r\n") + end
+        lines[at:at] = [f"{key} = {_number(value)}{end}" for key, value in missing.items()]
+    result = "".join(lines)
+    if not _is_that(result, text, table, values):
+        raise ValueError(f"[{table}] is not written one key a line")
+    return result
+
+
+def _number(value: float) -> str:
+    """Seven digits are finer than anything that can be measured."""
+    return repr(float(f"{value:.7g}"))
+
+
+def _is_that(result: str, text: str, table: str, values: Mapping[str, float]) -> bool:
+    """Whether the result says what the text said, but for these values."""
+    wanted = tomllib.loads(text)
+    if not isinstance(wanted.setdefault(table, {}), dict):
+        return False
+    wanted[table] |= {key: float(_number(value)) for key, value in values.items()}
+    try:
+        return tomllib.loads(result) == wanted
+    except tomllib.TOMLDecodeError:
+        return False
