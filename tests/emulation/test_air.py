@@ -48,6 +48,13 @@ def test_sound_that_was_sent_10_ms_before_seems_to_come_from_near():
     assert crosstalk(ranger.scene(NOW)) == pytest.approx([0.7839268865871603], abs=1e-6)
 
 
+def test_delays_that_differ_by_8_ms_let_crosstalk_jump():
+    air, ranger = standing(EMPTY)
+    air.add_foreign((5.0, 0.0, pi), LOUD, [NOW - 2 * MS, NOW + 90 * MS])
+    (late,), (early,) = (crosstalk(ranger.scene(NOW + turn)) for turn in (0, 100 * MS))
+    assert late - early == pytest.approx(1.3728584907302719, abs=1e-6)
+
+
 @settings(deadline=None)
 @given(
     st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(-0.9, 0.9)),
