@@ -64,8 +64,9 @@ class StreamingRanger:
 
     def __init__(self, role: RangerRole, make: StreamMake) -> None:
         self.name = role.name
-        self._role = role
+        self._nearest, self._farthest = role.nearest, role.farthest
         self._make = make
+        self._patience_ns = make.patience_ns
         self._counts: Counter[str] = Counter()
         self._heard_ns: int | None = None
         self._awaited_ns = 0
@@ -80,7 +81,7 @@ class StreamingRanger:
         """
         if not received:
             return NOTHING
-        if self._heard_ns is None or now_ns - self._heard_ns > self._make.patience_ns:
+        if self._heard_ns is None or now_ns - self._heard_ns > self._patience_ns:
             self._awaited_ns = now_ns
         self._heard_ns = now_ns
         said = self._make.feed(received[0] if len(received) == 1 else b"".join(received))
@@ -104,14 +105,14 @@ class StreamingRanger:
         return Health(state, message, {**self._counts, **self._make.counts()})
 
     def _condition(self, now_ns: int) -> tuple[State, str]:
-        if self._heard_ns is None or now_ns - self._heard_ns > self._make.patience_ns:
+        if self._heard_ns is None or now_ns - self._heard_ns > self._patience_ns:
             return (
                 State.SILENT,
                 "nothing comes: check power and TX wire; some parts are silent without an echo",
             )
-        if now_ns - self._awaited_ns > self._make.patience_ns:
+        if now_ns - self._awaited_ns > self._patience_ns:
             return State.GARBLED, f"bytes, but no frames: {self._make.garbled}"
-        if self._latest is None or now_ns - self._framed_ns > self._make.patience_ns:
+        if self._latest is None or now_ns - self._framed_ns > self._patience_ns:
             return State.SETTING_UP, "bytes come, no whole frame yet"
         if self._latest.outcome is Outcome.INVALID:
             return State.FAULTY, f"invalid reading: {self._latest.reason}"
@@ -119,8 +120,8 @@ class StreamingRanger:
 
     def _reading(self, said: Said, from_ns: int) -> RangeReading:
         raw, outcome, distance, reason, flight_ns = said
-        if outcome is Outcome.ECHO:
-            outcome, distance = classify(distance, self._role.nearest, self._role.farthest)
+        if outcome is Outcome.ECHO and not self._nearest <= distance < self._farthest:
+            outcome, distance = classify(distance, self._nearest, self._farthest)
         return RangeReading(
             from_ns + flight_ns, self._make.error_ns, self.name, outcome, distance, raw, reason
         )
