@@ -7,12 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
 
 from echogrid.runtime.command_line import main
-
-settings.register_profile("on a busy machine", deadline=None)
-settings.load_profile("on a busy machine")
 
 
 @pytest.fixture(autouse=True)
