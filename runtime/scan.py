@@ -126,11 +126,8 @@ def _asked(found: Found, clock: Clock) -> Found:
 def _heard(port: str, clock: Clock, tell: Callable[[str], None]) -> Iterator[Found]:
     """Rangers which send unasked: all such drivers listen at once, at one speed after the other."""
     for baud, listeners in _listeners().items():
-        line = Line(port, [listener.device for listener in listeners])
-        with lone_bus(line, make_port("serial", port, {"baud": baud}), clock) as bus:
-            bus.turn_until(lambda bus=bus: bus.waiting >= _ENOUGH, _LISTEN_S)  # type: ignore[misc]
-            readings = [each for each in bus.take() if isinstance(each, RangeReading)]
-            states = {listener.device.health(clock.now_ns()).state for listener in listeners}
+        readings = _listened(port, baud, listeners, clock)
+        states = {listener.device.health(clock.now_ns()).state for listener in listeners}
         if not readings and State.SILENT not in states:
             tell(f"bytes at {baud} baud, but no frames that are known: another speed, or inverted?")
         for listener in listeners:
@@ -139,6 +136,14 @@ def _heard(port: str, clock: Clock, tell: Callable[[str], None]) -> Iterator[Fou
                 assumed = f"{words}, if so" if listener.settings else words
                 yield Found(port, (listener.driver,), None, listener.settings, assumed)
                 return
+
+
+def _listened(port: str, baud: int, listeners: list[_Listener], clock: Clock) -> list[RangeReading]:
+    """What they understand of a line at one speed."""
+    line = Line(port, [listener.device for listener in listeners])
+    with lone_bus(line, make_port("serial", port, {"baud": baud}), clock) as bus:
+        bus.turn_until(lambda: bus.waiting >= _ENOUGH, _LISTEN_S)
+        return [each for each in bus.take() if isinstance(each, RangeReading)]
 
 
 def _answering(port: str, clock: Clock) -> Iterator[Found]:

@@ -71,7 +71,7 @@ class ModbusSlave(SerialDevice):
 
     def __init__(self, name: str, options: SlaveOptions, random: Random) -> None:
         super().__init__(name, options.baud, 9 + (options.parity != "none") + options.stop_bits)
-        self.one_wire = bool(options.echo)  # type: ignore[misc]  # up to the adapter, not to the class
+        self.one_wire = bool(options.echo)
         self.address = options.address
         self._random = random
         self._turnaround_ns = options.turnaround_ns

@@ -12,7 +12,7 @@ class SerialDevice(EmulatedDevice):
 
     shares_line: ClassVar[bool] = False
     """Whether others may be on the same line: it speaks only when it is spoken to."""
-    one_wire: ClassVar[bool] = False
+    one_wire: bool = False
     """Whether the host hears what it sends, because there is one wire for both directions."""
 
     def __init__(self, name: str, baud: int, bits_per_byte: int = 10) -> None:
