@@ -85,7 +85,8 @@ def _ranger(sensor: SensorConfig) -> RangerSpec:
 
 
 def _wheel(wheel: WheelConfig) -> WheelSpec:
-    return WheelSpec(wheel.name, wheel.driver, wheel.bus, wheel.name, _shared(wheel, WHEELS[wheel.driver]))
+    options = {"gear": wheel.gear, **_shared(wheel, WHEELS[wheel.driver])}
+    return WheelSpec(wheel.name, wheel.driver, wheel.bus, wheel.name, options)
 
 
 def _shared(entry: SensorConfig | WheelConfig, model: Model[Any]) -> dict[str, int | float]:

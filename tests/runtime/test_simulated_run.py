@@ -1,6 +1,7 @@
 import json
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -135,3 +136,15 @@ def test_every_device_is_read_and_every_tick_is_in_time(simulated: Path) -> None
     assert all(report["readings_by_device"].values())
     assert report["ticks"] == {"in_time": 399, "late": 0, "skipped": 0}
     assert {device["level"] for device in report["devices"].values()} == {"OK"}
+
+
+def test_behind_a_gear_the_emulated_wheels_take_the_robot_the_same_way() -> None:
+    config = robot_file.load(DEFAULT_ROBOT)
+    geared = replace(config, wheel=tuple(replace(wheel, gear=-4.0) for wheel in config.wheel))
+    ways = []
+    for each in (config, geared):
+        run, _ = simulated_run(each, 1)
+        run.go(6.0, lambda _: None)
+        ways.append(run.travelled)
+    assert ways[0] > 1.0
+    assert ways[1] == pytest.approx(ways[0], abs=0.01)
