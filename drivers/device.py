@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
 from echogrid.drivers.bus import NEVER_NS
 from echogrid.drivers.readings import Reading
@@ -121,6 +121,15 @@ class Device(Protocol[In_contra, Out_co]):
 
     def health(self, now_ns: int) -> Health:
         """How it is."""
+        ...
+
+
+@runtime_checkable
+class Departing(Protocol[Out_co]):
+    """A device which is not to be left as it is: a motor."""
+
+    def parting(self, now_ns: int) -> Sequence[Out_co]:
+        """What is sent last of all, before its port is closed."""
         ...
 
 

@@ -5,3 +5,8 @@ def require_between(key: str, value: int | float, lowest: int | float, highest: 
     """Raise ValueError, naming key and range, unless lowest <= value <= highest; the key is robot.toml's."""
     if not lowest <= value <= highest:
         raise ValueError(f"{key} is {value}: expected {lowest} to {highest}")
+
+
+def clipped(value: float, most: float) -> float:
+    """The nearest value in [-most, most]."""
+    return min(max(value, -most), most)

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from enum import Enum
 
+from echogrid.drivers.throttle import Throttle
+
 _MIX = 0x9E37_79B9_7F4A_7C15
 _MASK = (1 << 64) - 1
 
@@ -101,3 +103,7 @@ class WheelRole:
     """Turns of the encoder for one turn of the wheel; negative if it counts backwards."""
     fastest: float = 100.0
     """rad/s of the wheel: a quicker change is a jump."""
+    throttle: Throttle | None = None
+    """What the wheel shall do; None: its motor is never touched."""
+    listen_only: bool = False
+    """Nothing at all may be sent on its bus."""
