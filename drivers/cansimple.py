@@ -8,8 +8,12 @@ from typing import Protocol
 
 VERSION = 0x000
 HEARTBEAT = 0x001
+SET_STATE = 0x007
 ESTIMATES = 0x009
 COUNTS = 0x00A
+SET_MODE = 0x00B
+SET_VELOCITY = 0x00D
+CLEAR_ERRORS = 0x018
 COMMAND_BITS = 5
 LENGTH = 8
 
@@ -32,6 +36,16 @@ UNSETTLED = frozenset(AxisState)
 
 class Heartbeat(Protocol):
     """What an axis says of itself, whatever its firmware."""
+
+    @property
+    def state(self) -> int:
+        """What the axis does."""
+        ...
+
+    @property
+    def expired(self) -> bool:
+        """Whether its watchdog has let the motor go, and nothing else is wrong."""
+        ...
 
     @property
     def trustworthy(self) -> bool:

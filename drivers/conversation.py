@@ -75,6 +75,10 @@ class Conversation:
         send = self._begin(now_ns, came=bool(received)) if self._waiting and self._talk is None else ()
         return Step(tuple(readings), send, min(self._due_ns, self._deadline_ns(now_ns)))
 
+    def parting(self, now_ns: int) -> Sequence[SerialTransfer]:  # noqa: ARG002 - as every line is told
+        """Nothing: rangers may be left as they are."""
+        return ()
+
     def lost(self, now_ns: int) -> None:
         """The port was lost."""
         self._waiting.clear()

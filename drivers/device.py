@@ -156,6 +156,10 @@ class BusLine(Protocol[In_contra, Out_co]):
         """The port was lost."""
         ...
 
+    def parting(self, now_ns: int) -> Sequence[Out_co]:
+        """What is sent last of all, before the port is closed."""
+        ...
+
 
 @dataclass(slots=True)
 class Line(Generic[In, Out]):
@@ -190,3 +194,8 @@ class Line(Generic[In, Out]):
         for device in self.devices:
             device.lost(now_ns)
         self._deadlines_ns = [now_ns] * len(self.devices)
+
+    def parting(self, now_ns: int) -> Sequence[Out]:
+        """What is sent last of all: by each device that is not to be left as it is."""
+        departing = (device for device in self.devices if isinstance(device, Departing))
+        return [item for device in departing for item in device.parting(now_ns)]

@@ -56,6 +56,15 @@ class Motor(Generic[Out]):
         """When to step again."""
         return self._due_ns if self._throttle is not None else NEVER_NS
 
+    @property
+    def obeys(self) -> bool:
+        """Whether it turns as it is asked to."""
+        return self._driven and self._armed
+
+    def asked(self, now_ns: int) -> bool:
+        """Whether a rate is asked for, be it zero."""
+        return self._throttle is not None and self._throttle.rate(now_ns) is not None
+
     def waits(self, now_ns: int) -> bool:
         """Whether it is asked to turn, and a rate of zero must be asked for first."""
         rate = self._throttle.rate(now_ns) if self._throttle else None
@@ -71,6 +80,7 @@ class Motor(Generic[Out]):
             return self.parting()
         self._armed = able and (asked == 0.0 or (self._armed and driven >= self._driven))
         self._driven = driven and able
+        self._throttle.obeyed = self.obeys
         if not (self._driven and self._armed):
             self._rate = 0.0
         if not self._armed:
@@ -80,10 +90,16 @@ class Motor(Generic[Out]):
 
     def parting(self) -> Sequence[Out]:
         """What lets it go, if it was taken."""
-        taken, self._taken = self._taken, False
-        self._armed = self._driven = False
-        self._rate = 0.0
+        taken = self._taken
+        self.lost()
         return self._commands.let_go() if taken else ()
+
+    def lost(self) -> None:
+        """Nobody knows any more what it does: the port was lost, or it is let go."""
+        self._taken = self._armed = self._driven = False
+        self._rate = 0.0
+        if self._throttle is not None:
+            self._throttle.obeyed = False
 
     def _drive(self, asked: float, acceleration: float) -> Sequence[Out]:
         self._rate = _towards(self._rate, asked, acceleration * PERIOD_S)

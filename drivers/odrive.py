@@ -31,6 +31,9 @@ class AxisError(IntFlag):
     UNKNOWN_POSITION = 0x80000
 
 
+EXPIRED = AxisError.WATCHDOG_TIMER_EXPIRED.value
+
+
 @dataclass(frozen=True, slots=True)
 class Heartbeat05:
     """What an axis says of itself."""
@@ -44,9 +47,15 @@ class Heartbeat05:
     """Its highest bit: the trajectory is done."""
 
     @property
+    def expired(self) -> bool:
+        """Whether its watchdog has let the motor go, and nothing else is wrong."""
+        flags = (self.motor | self.encoder | self.controller) & ERROR_FLAG
+        return self.error == EXPIRED and not flags
+
+    @property
     def trustworthy(self) -> bool:
-        """Whether its position is a fact."""
-        return not self.error and not self.encoder & ERROR_FLAG and self.state not in UNSETTLED
+        """Whether its position is a fact; its watchdog is the motor's."""
+        return not self.error & ~EXPIRED and not self.encoder & ERROR_FLAG and self.state not in UNSETTLED
 
     @property
     def zeroed(self) -> bool:
@@ -94,6 +103,8 @@ class Firmware05:
     name = "0.5"
     other = "0.6"
     answers = False
+    clear = b""
+    idle_expires = True
 
     def heartbeat(self, data: bytes) -> Heartbeat05:
         """What the 8 bytes of a heartbeat say."""
@@ -121,4 +132,4 @@ class ODriveAxis(CansimpleAxis):
     def __init__(self, role: WheelRole, settings: Settings) -> None:
         per_turn = settings.counts_per_turn
         encoder = Counts(role, per_turn) if per_turn else Estimates(role)
-        super().__init__(role.name, settings, Firmware05(), encoder)
+        super().__init__(role, settings, Firmware05(), encoder)

@@ -75,6 +75,11 @@ class Heartbeat06:
     spare: int
 
     @property
+    def expired(self) -> bool:
+        """Whether its watchdog has let the motor go, and nothing else is wrong."""
+        return self.error == AxisError.WATCHDOG_TIMER_EXPIRED
+
+    @property
     def trustworthy(self) -> bool:
         """Whether its position is a fact; the other errors are the motor's and its supply's."""
         return not self.error & NO_POSITION and self.state not in UNSETTLED
@@ -127,6 +132,8 @@ class Firmware06:
     name = "0.6"
     other = "0.5"
     answers = True
+    clear = bytes(1)
+    idle_expires = False
 
     def heartbeat(self, data: bytes) -> Heartbeat06:
         """What the 8 bytes of a heartbeat say."""
@@ -143,4 +150,4 @@ class ODrive06Axis(CansimpleAxis):
     Settings = AxisSettings
 
     def __init__(self, role: WheelRole, settings: AxisSettings) -> None:
-        super().__init__(role.name, settings, Firmware06(), Estimates(role))
+        super().__init__(role, settings, Firmware06(), Estimates(role))

@@ -9,12 +9,20 @@ from echogrid.drivers.bus import CanFrame
 from echogrid.drivers.cansimple import Heartbeat, Version
 from echogrid.drivers.device import Health, Line, State, Step
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.motor import Motor
 from echogrid.drivers.odrive_encoder import Encoder
 from echogrid.drivers.odrive_inquiry import Inquiry
+from echogrid.drivers.odrive_motor import CLOSED_LOOP, OdriveCommands
 from echogrid.drivers.readings import WheelReading
+from echogrid.drivers.role import WheelRole
 
 HEARTBEAT_NS = 500_000_000
 """A position is believed so long after a heartbeat; they come every 100 ms by default."""
+
+WITHOUT_WATCHDOG = (
+    "it can't be driven without its own watchdog, which stops it when we are gone: set "
+    "axis.config.watchdog_timeout (0.5) and enable_watchdog at the controller, then watchdog = true here"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +31,8 @@ class AxisSettings:
 
     node: int = 0
     """`axis.config.can.node_id`: by default 0 and 1 for the two axes of a board with 0.5, none with 0.6."""
-    listen_only: bool = False
-    """Send nothing at all: its firmware is taken as the driver's name says."""
+    watchdog: bool = False
+    """`axis.config.enable_watchdog` is on: only then it is driven, for else it would turn on without us."""
 
     def __post_init__(self) -> None:
         require_between("node", self.node, 0, 0x3F)
@@ -39,6 +47,10 @@ class Firmware(Protocol):
     """Which one it is mistaken for."""
     answers: bool
     """Whether it tells its version when it is asked: if not, that is how it is known."""
+    clear: bytes
+    """The data of its Clear_Errors."""
+    idle_expires: bool
+    """Whether the watchdog also expires while it is idle: if not, nobody can see that it is on."""
 
     def heartbeat(self, data: bytes) -> Heartbeat:
         """What the 8 bytes of a heartbeat say."""
@@ -50,19 +62,28 @@ class Firmware(Protocol):
 
 
 class CansimpleAxis:
-    """Listens to one axis, and asks it for nothing but its firmware's version."""
+    """Listens to one axis, and asks it for nothing but its firmware's version, until a rate is asked for.
+
+    Then it is enabled in velocity control, after an error of its own watchdog was cleared, which is there
+    whenever nobody commanded the axis.
+    """
 
     bus: ClassVar[str] = "can"
     line: ClassVar[type[Line[CanFrame, CanFrame]]] = Line
     identity: ClassVar[str] = "node"
     port_options: ClassVar[Mapping[str, object]] = {"bitrate": 250_000}
 
-    def __init__(self, name: str, settings: AxisSettings, firmware: Firmware, encoder: Encoder) -> None:
-        self.name = name
+    def __init__(self, role: WheelRole, settings: AxisSettings, firmware: Firmware, encoder: Encoder) -> None:
+        if role.throttle is not None and not settings.watchdog:
+            raise ValueError(WITHOUT_WATCHDOG)
+        self.name = role.name
         self._node = settings.node
         self._firmware = firmware
         self._encoder = encoder
-        self._inquiry = Inquiry(firmware.fits, settings.listen_only)
+        self._throttled = role.throttle is not None
+        self._inquiry = Inquiry(firmware.fits, role.listen_only)
+        self._commands = OdriveCommands(settings.node, role.gear, firmware.clear)
+        self._motor = Motor(role.throttle, self._commands)
         self._counts = encoder.counts
         self._heartbeat: Heartbeat | None = None
         self._heartbeat_ns = 0
@@ -80,12 +101,18 @@ class CansimpleAxis:
                 asks |= self._beat(stamp_ns, self._firmware.heartbeat(frame.data))
             elif command == cansimple.VERSION:
                 self._inquiry.told(cansimple.decode_version(frame.data))
-        return Step(tuple(readings), (self._request(),) if asks else ())
+        request = (self._request(),) if asks else ()
+        return Step(tuple(readings), (*request, *self._driven(now_ns)), self._motor.deadline_ns)
+
+    def parting(self, now_ns: int) -> Sequence[CanFrame]:  # noqa: ARG002 - as every device is told
+        """What lets the motor go, if it was taken."""
+        return self._motor.parting()
 
     def lost(self, now_ns: int) -> None:  # noqa: ARG002 - as every device is told
         """The port was lost: nothing is believed until a heartbeat, and the axis may have restarted."""
         self._heartbeat = None
         self._encoder.lost()
+        self._motor.lost()
 
     def health(self, now_ns: int) -> Health:
         """How it is."""
@@ -102,7 +129,7 @@ class CansimpleAxis:
         if stranger := self._stranger(heartbeat):
             return State.WRONG_DEVICE, stranger
         doubtful = "" if self._inquiry.right else f" (or is its firmware {self._firmware.other}?)"
-        if heartbeat.faults:
+        if heartbeat.faults and not heartbeat.expired:
             return State.FAILED, f"{heartbeat.faults}: clear it at the controller{doubtful}"
         if heartbeat.unsettled:
             return State.FAULTY, f"its position does not count yet: {heartbeat.unsettled}"
@@ -110,7 +137,35 @@ class CansimpleAxis:
             return State.SETTING_UP, "it was asked for its firmware's version"
         if self._position_ns is None or now_ns - self._position_ns > HEARTBEAT_NS:
             return State.STALLED, f"heartbeats, but no believable positions: {self._encoder.mend}"
-        return State.WELL, "turning counted"
+        return State.WELL, f"turning counted{self._waits_for(now_ns)}"
+
+    def _waits_for(self, now_ns: int) -> str:
+        """What must come before its motor turns; empty if nothing must, or nobody wants it to."""
+        if not self._motor.asked(now_ns) or self._motor.obeys:
+            return ""
+        if not self._watched:
+            return "; enabled when its watchdog is seen to expire: is axis.config.enable_watchdog on?"
+        return "; it turns after a command to stand" if self._motor.waits(now_ns) else "; being enabled"
+
+    def _driven(self, now_ns: int) -> Sequence[CanFrame]:
+        """What its motor is told."""
+        if not self._throttled:
+            return ()
+        heartbeat = self._heartbeat
+        if heartbeat is None or not self._alive(now_ns):
+            return self._motor.step(now_ns, driven=False, able=False)
+        self._commands.expired = heartbeat.expired
+        able = self._inquiry.right and self._watched and not heartbeat.unsettled
+        able = able and (heartbeat.expired or not heartbeat.faults)
+        return self._motor.step(now_ns, heartbeat.state == CLOSED_LOOP, able)
+
+    @property
+    def _watched(self) -> bool:
+        """Whether its watchdog is seen to be on, or can't be seen: an idle axis that nobody feeds expires."""
+        heartbeat = self._heartbeat
+        if heartbeat is None or not self._firmware.idle_expires:
+            return True
+        return heartbeat.expired or heartbeat.state == CLOSED_LOOP
 
     def _stranger(self, heartbeat: Heartbeat) -> str:
         """Why it must be of another firmware than the driver's; empty if it need not."""
@@ -118,7 +173,7 @@ class CansimpleAxis:
         if self._inquiry.wrong and version is None:
             return (
                 f"it does not tell its version, as firmware {self._firmware.name} does: {mend}, or "
-                "listen_only = true if it can't hear us"
+                "listen_only = true at the bus if it can't hear us"
             )
         if self._inquiry.wrong:
             known = f"{version}".startswith(f"{self._firmware.other}.")

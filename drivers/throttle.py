@@ -12,6 +12,8 @@ class Throttle:
     def __init__(self, most: float, acceleration: float) -> None:
         """`most` is the highest rate, rad/s of the wheel; `acceleration` how fast it may rise, rad/s^2."""
         self.acceleration = acceleration
+        self.obeyed = False
+        """Whether the motor is enabled, and turns as it is asked to. Written by the bus's thread."""
         self._most = most
         self._asked: tuple[int, float] | None = None
 

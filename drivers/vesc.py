@@ -10,8 +10,10 @@ from echogrid.drivers.bus import CanFrame
 from echogrid.drivers.counter import CountedWheel, Scale
 from echogrid.drivers.device import Health, Line, State, Step
 from echogrid.drivers.limits import require_between
+from echogrid.drivers.motor import Motor
 from echogrid.drivers.readings import WheelReading
 from echogrid.drivers.role import WheelRole
+from echogrid.drivers.vesc_motor import VescCommands, erpm_per_radian
 
 COUNTS_PER_ELECTRICAL_TURN = 6
 """One for every 60 electrical degrees (mcpwm_foc.c)."""
@@ -96,7 +98,7 @@ def decode_status_5(data: bytes) -> Tachometer:
 
 
 class Vesc:
-    """One controller that is only listened to."""
+    """One controller, which is only listened to until a rate is asked for."""
 
     bus: ClassVar[str] = "can"
     line: ClassVar[type[Line[CanFrame, CanFrame]]] = Line
@@ -114,12 +116,15 @@ class Vesc:
         hottest_fet_c: float = 85.0
         hottest_motor_c: float = 85.0
         """Warmer than that it is told as hot."""
+        brake_amperes: float = 5.0
+        """Motor current with which it is braked when it shall stand."""
 
         def __post_init__(self) -> None:
             require_between("node", self.node, 0, 254)
             require_between("pole_pairs", self.pole_pairs, 1, 100)
             require_between("hottest_fet_c", self.hottest_fet_c, 0.0, 200.0)
             require_between("hottest_motor_c", self.hottest_motor_c, 0.0, 200.0)
+            require_between("brake_amperes", self.brake_amperes, 0.0, 200.0)
 
     def __init__(self, role: WheelRole, settings: Settings) -> None:
         self.name = role.name
@@ -127,6 +132,9 @@ class Vesc:
         per_turn = COUNTS_PER_ELECTRICAL_TURN * settings.pole_pairs
         self._wheel = CountedWheel(role, Scale(1 << TACHOMETER_BITS, per_turn))
         self._counts = self._wheel.counts
+        erpm = erpm_per_radian(role.gear, settings.pole_pairs)
+        commands = VescCommands(settings.node, erpm, settings.brake_amperes)
+        self._motor = Motor(role.throttle, commands)
         self._others: set[int] = set()
         self._heard_ns: int | None = None
         self._tachometer_ns: int | None = None
@@ -140,12 +148,19 @@ class Vesc:
             packet = self._packet(frame)
             if packet is not None:
                 readings += self._take(packet, frame.stamp_ns or now_ns, frame.data)
-        return Step(tuple(readings))
+        able = not _old(self._heard_ns, now_ns)
+        send = self._motor.step(now_ns, driven=True, able=able)
+        return Step(tuple(readings), tuple(send), self._motor.deadline_ns)
+
+    def parting(self, now_ns: int) -> Sequence[CanFrame]:  # noqa: ARG002 - as every device is told
+        """What stops the motor, if it was taken."""
+        return self._motor.parting()
 
     def lost(self, now_ns: int) -> None:  # noqa: ARG002 - as every device is told
         """The port was lost: what was heard counts no more, and the controller may have restarted."""
         self._heard_ns = self._tachometer_ns = self._motion = self._warmth = None
         self._wheel.lost()
+        self._motor.lost()
 
     def health(self, now_ns: int) -> Health:
         """How it is."""
@@ -174,6 +189,8 @@ class Vesc:
             )
         if hot := self._hot(now_ns):
             return State.HOT, f"{hot}: it gives less current soon; let it cool, load it less"
+        if self._motor.waits(now_ns):
+            return State.WELL, "turning counted; it turns after a command to stand"
         return State.WELL, "turning counted"
 
     def _neighbours(self) -> str:

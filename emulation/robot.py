@@ -3,7 +3,6 @@
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from random import Random
 from typing import Any, TypeVar
 
@@ -85,15 +84,16 @@ class RobotSpec:
 class EmulatedRobot:
     """The buses and devices of a robot.
 
-    `surroundings_of` gives what a ranger has around it, `wheel_angle` the true angle (rad) of the wheel on a
-    side at a time (ns). Its devices have no power before `switch_on`, which `ports` and the server call.
+    `surroundings_of` gives what a ranger has around it, `shaft_of` the true angle (rad) of the wheel on a
+    side as a function of time (ns), or its Shaft if its motor shall turn it. Its devices have no power before
+    `switch_on`, which `ports` and the server call.
     """
 
     def __init__(
         self,
         spec: RobotSpec,
         surroundings_of: Callable[[RangerSpec], Surroundings],
-        wheel_angle: Callable[[str, int], float],
+        shaft_of: Callable[[str], Callable[[int], float]],
         *,
         seed: int = 0,
     ) -> None:
@@ -105,8 +105,7 @@ class EmulatedRobot:
             ranger.name: self._build(ranger, RANGERS, surroundings_of(ranger)) for ranger in spec.rangers
         }
         wheels = {
-            wheel.name: self._build(wheel, WHEELS, _angle_of(wheel.side, wheel_angle))
-            for wheel in spec.wheels
+            wheel.name: self._build(wheel, WHEELS, _shaft_on(wheel.side, shaft_of)) for wheel in spec.wheels
         }
         self._devices: dict[str, EmulatedDevice] = {**rangers, **wheels}
         self.buses = {bus.name: self._build_bus(bus) for bus in spec.buses}
@@ -187,10 +186,10 @@ class EmulatedRobot:
         raise RobotSpecError(f"{spec.name}: no kind of bus {spec.kind!r} (there are: can, i2c, iio, serial)")
 
 
-def _angle_of(side: str, wheel_angle: Callable[[str, int], float]) -> Callable[[int], float]:
+def _shaft_on(side: str, shaft_of: Callable[[str], Callable[[int], float]]) -> Callable[[int], float]:
     if side not in ("left", "right"):
         raise RobotSpecError(f"no wheel on the side {side!r} (there are: left, right)")
-    return partial(wheel_angle, side)
+    return shaft_of(side)
 
 
 def _require_names(spec: RobotSpec) -> None:

@@ -72,6 +72,12 @@ class Differential:
         )
 
 
+    def rates(self, speed: float, turn_rate: float) -> tuple[float, float]:
+        """The rates (rad/s) of the left and the right wheel for a speed (m/s) and a turn rate (rad/s)."""
+        lead = turn_rate * self.track / 2.0
+        return (speed - lead) / self.left_radius, (speed + lead) / self.right_radius
+
+
 def skid_steer(drive: Differential, slip_factor: float) -> Differential:
     """The differential drive that moves as this one does when its wheels must slide sideways to turn.
 

@@ -9,6 +9,7 @@ from echogrid import __version__
 from echogrid.drivers.errors import EchogridError
 from echogrid.runtime.commands import (
     calibrate,
+    drive,
     emulate,
     evaluate,
     fault,
@@ -21,7 +22,7 @@ from echogrid.runtime.commands import (
 )
 from echogrid.runtime.errors import UsageError
 
-_COMMANDS = (run, make_map, schedule, scan, read, set_address, calibrate, emulate, fault, evaluate)
+_COMMANDS = (run, make_map, schedule, scan, read, set_address, calibrate, drive, emulate, fault, evaluate)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

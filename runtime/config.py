@@ -53,6 +53,11 @@ class BusConfig:
     """CAN: the python-can interface."""
     bit_rate: int | None = None
     """Serial: baud (by default the devices' own). CAN: bit/s (by default as the interface is set up)."""
+    listen_only: bool = False
+    """CAN: nothing at all is sent."""
+
+    def __post_init__(self) -> None:
+        _require(not self.listen_only or self.kind == "can", "`listen_only` is for CAN buses")
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +156,21 @@ class FiringConfig:
 
 
 @dataclass(frozen=True, slots=True)
+class DriveConfig:
+    """[drive]: what is asked of the motors, at most."""
+
+    max_speed_mps: float = 0.5
+    max_turn_dps: float = 90.0
+    acceleration_mps2: float = 0.5
+    """Of each wheel, when it speeds up; how it slows down is the controller's own."""
+
+    def __post_init__(self) -> None:
+        _require(0 < self.max_speed_mps <= 10, "`max_speed_mps` must lie in 0...10")
+        _require(0 < self.max_turn_dps <= 1000, "`max_turn_dps` must lie in 0...1000")
+        _require(0 < self.acceleration_mps2 <= 100, "`acceleration_mps2` must lie in 0...100")
+
+
+@dataclass(frozen=True, slots=True)
 class LoopConfig:
     """[loop]"""
 
@@ -222,6 +242,7 @@ class Config:
     sensor: tuple[SensorConfig, ...] = ()
     wheel: tuple[WheelConfig, ...] = ()
     firing: FiringConfig = field(default_factory=FiringConfig)
+    drive: DriveConfig = field(default_factory=DriveConfig)
     loop: LoopConfig = field(default_factory=LoopConfig)
     map: MapConfig = field(default_factory=MapConfig)
     local: LocalConfig = field(default_factory=LocalConfig)

@@ -1,13 +1,15 @@
 """The emulated counterpart of a configured robot: same buses, same devices, in an office."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields
+from functools import partial
 from math import radians
 from pathlib import Path
 from typing import Any
 
 from echogrid.emulation.air import Air
 from echogrid.emulation.devices.surroundings import Surroundings
+from echogrid.emulation.driven import DrivenBase
 from echogrid.emulation.hearing import Outing, Ranger
 from echogrid.emulation.models import RANGERS, WHEELS, Model
 from echogrid.emulation.motion import Tour
@@ -27,18 +29,27 @@ _SECOND_NS = 1_000_000_000
 
 
 def emulated_robot(
-    config: Config, started_ns: int, seed: int, world: World | None = None, tour: Tour | None = None
+    config: Config,
+    started_ns: int,
+    seed: int,
+    world: World | None = None,
+    tour: Tour | None = None,
+    *,
+    driven: bool = False,
 ) -> EmulatedRobot:
     """A robot of that configuration, driving its tour through the office since `started_ns`.
 
-    Raises ConfigError, RobotSpecError when something in it can't be emulated.
+    `driven`: it stands at the start of the tour, and goes where its motors turn its wheels. Raises
+    ConfigError, RobotSpecError when something in it can't be emulated.
     """
     lines(config)
     spec, wheels = robot_spec(config), assembly.drive(config)
     place, way = world or office(), tour or office_tour()
 
+    base = DrivenBase(way.pose(0.0), started_ns, (wheels.left_radius, wheels.right_radius), wheels.track)
+
     def pose_at(now_ns: int) -> tuple[float, float, float]:
-        return way.pose((now_ns - started_ns) / _SECOND_NS)
+        return base.pose(now_ns) if driven else way.pose((now_ns - started_ns) / _SECOND_NS)
 
     air = Air(Outing(place, pose_at, seed, started_ns))
 
@@ -50,7 +61,12 @@ def emulated_robot(
         left, right = way.wheel_angles((now_ns - started_ns) / _SECOND_NS, 1.0, wheels.track)
         return left / wheels.left_radius if side == "left" else right / wheels.right_radius
 
-    return EmulatedRobot(spec, surroundings_of, wheel_angle, seed=seed)
+    def shaft_of(side: str) -> Callable[[int], float]:
+        if driven:
+            return base.left if side == "left" else base.right
+        return partial(wheel_angle, side)
+
+    return EmulatedRobot(spec, surroundings_of, shaft_of, seed=seed)
 
 
 def robot_spec(config: Config) -> RobotSpec:

@@ -1,17 +1,19 @@
 """The devices of each bus, as configured: resolved, checked against each other, put together."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import radians
+from types import MappingProxyType
 from typing import Any
 
 from echogrid.drivers import registry
 from echogrid.drivers.commanded import CommandedRanger
-from echogrid.drivers.device import BusLine, Device
+from echogrid.drivers.device import BusLine, Departing, Device
 from echogrid.drivers.errors import UnknownDriverError
 from echogrid.drivers.registry import Driver
 from echogrid.drivers.role import Call, RangerRole, WheelRole
 from echogrid.drivers.sound import speed_of_sound
+from echogrid.drivers.throttle import Throttle
 from echogrid.runtime.config import Config, SensorConfig, WheelConfig
 from echogrid.runtime.errors import ConfigError
 from echogrid.runtime.firing import Plan, firing_plan
@@ -42,10 +44,15 @@ class _Part:
         return key, getattr(self.settings, key) if key else None
 
 
-def lines(config: Config) -> list[BusLine[Any, Any]]:
-    """The devices of each bus. Raises ConfigError with every driver or setting that is wrong."""
+def lines(
+    config: Config, throttles: Mapping[str, Throttle] = MappingProxyType({})
+) -> list[BusLine[Any, Any]]:
+    """The devices of each bus. Raises ConfigError with every driver or setting that is wrong.
+
+    `throttles` are those of the wheels that shall be driven, by name.
+    """
     problems: list[Problem] = []
-    parts = _parts(config, problems)
+    parts = [_with_throttle(part, throttles, problems) for part in _parts(config, problems)]
     if {wheel.name for wheel in config.wheel} != {"left", "right"}:
         problems.append(((), "a run needs a [[wheel]] named `left` and one named `right`"))
     if problems:
@@ -101,8 +108,9 @@ def _single_parts(config: Config, problems: list[Problem]) -> Iterator[_Part]:
     for index, sensor in enumerate(config.sensor):
         role = RangerRole(sensor.name, sensor.min_m, sensor.max_m, None, speed)
         yield from _part(config, sensor, role, ("sensor", index), problems)
+    silent = {bus.name for bus in config.bus if bus.listen_only}
     for index, wheel in enumerate(config.wheel):
-        wheel_role = WheelRole(wheel.name, wheel.gear, wheel.fastest_rad_s)
+        wheel_role = WheelRole(wheel.name, wheel.gear, wheel.fastest_rad_s, listen_only=wheel.bus in silent)
         yield from _part(config, wheel, wheel_role, ("wheel", index), problems)
 
 
@@ -134,6 +142,24 @@ def _with_turns(part: _Part, plan: Plan) -> _Part:
     call = plan.calls.get(part.name, Call.ITSELF)
     role = replace(part.role, slot=plan.slots[part.name], call=call)
     return replace(part, role=role, device=part.driver(role, part.settings))
+
+
+def _with_throttle(part: _Part, throttles: Mapping[str, Throttle], problems: list[Problem]) -> _Part:
+    """The part with a device that drives its motor, if it is a wheel's that shall be driven."""
+    if not isinstance(part.role, WheelRole) or part.name not in throttles:
+        return part
+    if part.role.listen_only:
+        silent = f"{part.name} can't be driven: bus {part.bus!r} has listen_only = true"
+        problems.append(((*part.place, "bus"), silent))
+    role = replace(part.role, throttle=throttles[part.name])
+    try:
+        device = part.driver(role, part.settings)
+    except ValueError as error:
+        problems.append((part.place, str(error)))
+        return part
+    if not isinstance(device, Departing):
+        problems.append(((*part.place, "driver"), f"{part.name} can't be driven: its driver only listens"))
+    return replace(part, role=role, device=device)
 
 
 def _part(

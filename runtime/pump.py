@@ -1,6 +1,7 @@
 """One bus: its port opened, kept open and opened again, and its devices stepped with what it brings."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from enum import Enum
 from typing import Generic, TypeVar
 
@@ -62,7 +63,10 @@ class Pump(Generic[In, Out]):
             self._lost(_internal(self.line.name, error))
 
     def close(self) -> None:
-        """Let the port go."""
+        """Say what is to be sent last, if it still can be, and let the port go."""
+        if self.state is PortState.OPEN and (parting := self.line.parting(self._clock.now_ns())):
+            with suppress(PortError):
+                self.port.write(parting)
         self.port.close()
         self.state = PortState.CLOSED
 

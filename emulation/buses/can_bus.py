@@ -85,10 +85,15 @@ class CanBus(Bus[CanFrame, CanFrame]):
             if node is not bid.sender and node.has_contact(end_ns):
                 node.receive(bid.frame, end_ns)
 
+    def _contenders(self) -> list[_Bid]:
+        """A node's frames compete among themselves, too; the host, as Linux does, sends in its own order."""
+        hosts = next((bid for bid in self._bids if bid.sender is None), None)
+        return [bid for bid in self._bids if bid.sender is not None or bid is hosts]
+
     def _arbitrate(self, now_ns: int) -> None:
         if self._on_wire or not self._bids:
             return
-        self._on_wire = min(self._bids, key=_Bid.priority)
+        self._on_wire = min(self._contenders(), key=_Bid.priority)
         self._bids.remove(self._on_wire)
         self._wire_free_ns = now_ns + frame_time_ns(self._on_wire.frame, self.bit_rate)
 

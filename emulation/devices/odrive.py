@@ -12,13 +12,20 @@ from typing import Protocol
 from echogrid.drivers.bus import NEVER_NS, CanFrame
 from echogrid.emulation.devices.can_node import CanNode
 from echogrid.emulation.devices.device import LOOKED_UP
+from echogrid.emulation.devices.shaft import Shaft
 from echogrid.emulation.faults import Verb
 
 _HEARTBEAT = 0x001
+_SET_STATE = 0x007
 _ESTIMATES = 0x009
 _COUNTS = 0x00A
+_SET_MODE = 0x00B
+_SET_VELOCITY = 0x00D
 _REBOOT = 0x016
+_CLEAR_ERRORS = 0x018
 _SET_POSITION = 0x019
+_VELOCITY_CONTROL = 2
+_WATCHDOG = 0x800
 _MOTOR_FAILED, _ENCODER_FAILED, _TRAJECTORY_DONE = 1 << 40, 1 << 48, 1 << 63
 _USUAL_COUNTS = 8192
 _STARTUP_NS = 200_000_000
@@ -52,6 +59,9 @@ class ODriveOptions:
     heartbeat_ns: int = 100_000_000
     estimates_ns: int = 10_000_000
     counts_ns: int = 10_000_000
+    watchdog: bool = False
+    """Whether it stops, with an error, when no frame has come for `watchdog_ns`; from the factory not."""
+    watchdog_ns: int = 500_000_000
 
     def __post_init__(self) -> None:
         require_node(self.node)
@@ -80,13 +90,28 @@ class AxisOptions(Protocol):
         """From estimates to estimates."""
         ...
 
+    @property
+    def watchdog(self) -> bool:
+        """Whether it stops when no frame comes."""
+        ...
+
+    @property
+    def watchdog_ns(self) -> int:
+        """For how long none may come."""
+        ...
+
 
 class CansimpleAxis(CanNode):
     """Sends its heartbeat and its estimates by itself; answers requests, reboots, is set to positions.
 
+    In the closed loop and in velocity control its motor turns the shaft at the velocity that it is sent.
+
     The position counts from power-up. Until the axis is IDLE, and while the encoder is lost, it is not valid:
     the estimates are then 0.0, as if the wheel stood at its origin.
     """
+
+    _idle_expires = True
+    """Whether the watchdog is at work in IDLE, too."""
 
     def __init__(
         self,
@@ -105,12 +130,18 @@ class CansimpleAxis(CanNode):
         self._sampled_ns = 0
         self._turns = self._velocity = 0.0
         self._heartbeat_ns = self._estimates_ns = NEVER_NS
+        self._shaft = Shaft.of(angle)
+        self._mode = 0
+        self._closed = self._expired = False
+        self._fed_ns = NEVER_NS
 
     def receive(self, frame: CanFrame, now_ns: int) -> None:
-        """Answer a request (remote, or without data), or obey."""
+        """Answer a request (remote, or without data), or obey. Whatever comes feeds the watchdog."""
         if frame.extended or frame.identifier >> 5 != self._axis.node:
             return
         command = frame.identifier & 0x1F
+        self._feed(now_ns)
+        self._obey(command, frame, now_ns)
         asked = frame.remote or not frame.data
         if command == _REBOOT and not any(frame.data):
             self.reboot(now_ns)
@@ -122,36 +153,86 @@ class CansimpleAxis(CanNode):
             self._origin -= (turns - self._turns) * tau / self._axis.gear
             self._turns = turns
 
+    def _obey(self, command: int, frame: CanFrame, now_ns: int) -> None:
+        """What has to do with the motor."""
+        if command == _CLEAR_ERRORS and not frame.remote:
+            self._expired = False
+        if len(frame.data) != 8:
+            return
+        (first,) = struct.unpack("<I4x", frame.data)
+        if command == _SET_MODE:
+            self._mode = first
+        elif command == _SET_STATE:
+            self._set_state(first, now_ns)
+        elif command == _SET_VELOCITY and self._closed and self._mode == _VELOCITY_CONTROL:
+            (velocity,) = struct.unpack("<f", frame.data[:4])
+            self._shaft.drive(velocity * tau / self._axis.gear, now_ns)
+
+    def _set_state(self, state: int, now_ns: int) -> None:
+        """The closed loop is for an axis that is well."""
+        able = self._valid(now_ns) and not self._expired and "motor_failed" not in self.faults
+        if state == State.CLOSED_LOOP and able:
+            self._closed = True
+        elif state == State.IDLE:
+            self._open_loop(now_ns)
+
+    def _open_loop(self, now_ns: int) -> None:
+        if self._closed:
+            self._shaft.release(now_ns)
+        self._closed = False
+
+    def _feed(self, now_ns: int) -> None:
+        if self._axis.watchdog:
+            self._fed_ns = now_ns + self._axis.watchdog_ns
+
+    def _fail(self, now_ns: int) -> None:
+        """Fault `motor_failed`, `encoder_lost`: it drives no more."""
+        self._open_loop(now_ns)
+
     def reboot(self, now_ns: int) -> None:
         """Start up anew: the position begins at 0 where the wheel is."""
-        self._power_down()
-        self._power_up(now_ns)
+        self.lose_power("reboot", now_ns)
+        self.restore_power("reboot", now_ns)
+
+    def lose_power(self, cause: str, now_ns: int) -> None:
+        """Take its supply: nothing drives the shaft any more."""
+        self._open_loop(now_ns)
+        super().lose_power(cause, now_ns)
 
     def state(self, now_ns: int) -> State:
         """What the axis does: it starts up for a while before it is IDLE."""
         age_ns = now_ns - self._powered_ns
         if age_ns < _STARTUP_NS:
             return State.UNDEFINED
-        return State.STARTUP if age_ns < 2 * _STARTUP_NS else State.IDLE
+        if age_ns < 2 * _STARTUP_NS:
+            return State.STARTUP
+        return State.CLOSED_LOOP if self._closed else State.IDLE
 
     def _verbs(self) -> Mapping[str, Verb]:
-        return {**super()._verbs(), "encoder_lost": LOOKED_UP, "motor_failed": LOOKED_UP}
+        failing = Verb(self._fail, LOOKED_UP.end)
+        return {**super()._verbs(), "encoder_lost": failing, "motor_failed": failing}
 
     def _power_up(self, now_ns: int) -> None:
         self._powered_ns = self._sampled_ns = now_ns
+        self._mode, self._closed, self._expired = 0, False, False
+        self._feed(now_ns)
         self._origin = self._angle(now_ns)
         self._turns = self._velocity = 0.0
         self._heartbeat_ns = now_ns
         self._estimates_ns = now_ns + self._phase_ns
 
     def _power_down(self) -> None:
-        self._heartbeat_ns = self._estimates_ns = NEVER_NS
+        self._heartbeat_ns = self._estimates_ns = self._fed_ns = NEVER_NS
         self.withdraw()
 
     def _next_ns(self) -> int:
-        return min(self._heartbeat_ns, self._estimates_ns)
+        return min(self._heartbeat_ns, self._estimates_ns, self._fed_ns)
 
     def _step(self, now_ns: int) -> None:
+        if now_ns >= self._fed_ns:
+            self._fed_ns = NEVER_NS
+            self._expired |= self._closed or self._idle_expires
+            self._open_loop(now_ns)
         if now_ns >= self._heartbeat_ns:
             self._send(_HEARTBEAT, self._heartbeat(now_ns), now_ns)
             self._heartbeat_ns += self._axis.heartbeat_ns
@@ -184,7 +265,7 @@ class CansimpleAxis(CanNode):
         self._turns, self._sampled_ns = turns, now_ns
 
     def _valid(self, now_ns: int) -> bool:
-        return self.state(now_ns) == State.IDLE and "encoder_lost" not in self.faults
+        return self.state(now_ns) in (State.IDLE, State.CLOSED_LOOP) and "encoder_lost" not in self.faults
 
     def _send(self, command: int, payload: bytes, now_ns: int) -> None:
         if "garbage" in self.faults:
@@ -230,6 +311,7 @@ class ODriveAxis(CansimpleAxis):
             self.state(now_ns),
             encoder_failed="encoder_lost" in self.faults,
             motor_failed="motor_failed" in self.faults,
+            error=_WATCHDOG * self._expired,
         )
 
     def _told(self, command: int, now_ns: int) -> bytes:
@@ -251,10 +333,11 @@ def heartbeat(
     encoder_failed: bool = False,
     motor_failed: bool = False,
     trajectory_done: bool = False,
+    error: int = 0,
 ) -> bytes:
-    """Command 0x001 of firmware 0.5: no axis error, the state, and the flags."""
+    """Command 0x001 of firmware 0.5: the axis error, the state, and the flags."""
     flags = _ENCODER_FAILED * encoder_failed | _MOTOR_FAILED * motor_failed
-    return (state << 32 | flags | _TRAJECTORY_DONE * trajectory_done).to_bytes(8, "little")
+    return (error | state << 32 | flags | _TRAJECTORY_DONE * trajectory_done).to_bytes(8, "little")
 
 
 def estimates(turns: float, velocity: float) -> bytes:

@@ -13,6 +13,7 @@ _PROTOCOL = 2
 _HARDWARE = (4, 4, 58)
 """A Pro."""
 _INITIALIZING, _MISSING_ESTIMATE, _DRV_FAULT = 0x1, 0x8, 0x20
+_WATCHDOG = 0x1000000
 _SUCCESS, _BUSY, _DISARMED = 0, 1, 3
 _NUMBERS = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{1,2})", re.ASCII)
 
@@ -26,6 +27,9 @@ class ODrive06Options:
     """Turns of the encoder for one of the wheel; negative if it counts backwards."""
     heartbeat_ns: int = 100_000_000
     estimates_ns: int = 10_000_000
+    watchdog: bool = False
+    """Whether it stops, with an error, when no frame has come for `watchdog_ns`; from the factory not."""
+    watchdog_ns: int = 500_000_000
     version: str = "0.6.10"
     """Of its firmware, as it tells it."""
 
@@ -36,7 +40,12 @@ class ODrive06Options:
 
 
 class ODrive06Axis(CansimpleAxis):
-    """Tells its version on request, and its errors as one number."""
+    """Tells its version on request, and its errors as one number.
+
+    That its watchdog is at work in the closed loop only is a guess.
+    """
+
+    _idle_expires = False
 
     def __init__(
         self,
@@ -56,6 +65,7 @@ class ODrive06Axis(CansimpleAxis):
             _INITIALIZING * (state == State.UNDEFINED)
             | _MISSING_ESTIMATE * ("encoder_lost" in self.faults)
             | _DRV_FAULT * failed
+            | _WATCHDOG * self._expired
         )
         result = _DISARMED if failed else _BUSY if state == State.STARTUP else _SUCCESS
         return heartbeat(state, error=error, result=result)

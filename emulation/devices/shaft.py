@@ -10,6 +10,11 @@ class Shaft:
     def __init__(self, angle: Callable[[int], float]) -> None:
         self._angle = angle
 
+    @classmethod
+    def of(cls, angle: Callable[[int], float]) -> "Shaft":
+        """That shaft, or one with that angle."""
+        return angle if isinstance(angle, Shaft) else cls(angle)
+
     def __call__(self, now_ns: int) -> float:
         """Its angle, rad of the wheel."""
         return self._angle(now_ns)

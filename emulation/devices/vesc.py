@@ -9,11 +9,13 @@ from random import Random
 from echogrid.drivers.bus import NEVER_NS, CanFrame
 from echogrid.emulation.devices.can_node import CanNode
 from echogrid.emulation.devices.device import LOOKED_UP
+from echogrid.emulation.devices.shaft import Shaft
 from echogrid.emulation.faults import Verb
 
 _STATUSES = (9, 14, 15, 16, 27, 58)
 """STATUS to STATUS_6, by their bits in a set of messages."""
 _STATUS, _STATUS_4, _STATUS_5 = 9, 16, 27
+_SET_CURRENT, _SET_CURRENT_BRAKE, _SET_RPM = 1, 2, 3
 _NOTIFY_BOOT = 57
 _STARTUP_NS = 400_000_000
 """From power-up until it counts and sends: a guess."""
@@ -44,6 +46,10 @@ class VescOptions:
     slow_period_ns: int = 200_000_000
     origin: int = 0
     """What the tachometer begins with; a real one begins with 0."""
+    timeout_ns: int = 500_000_000
+    """Without a command for so long it lets the motor go."""
+    least_erpm: int = 0
+    """`s_pid_min_erpm`: told to turn more slowly it lets the motor go. From the factory 900."""
 
     def __post_init__(self) -> None:
         if not 0 <= self.node < 255:
@@ -57,7 +63,8 @@ class VescOptions:
 class Vesc(CanNode):
     """Sends two sets of status messages, each with a rate of its own, and a notice after it has started.
 
-    The tachometer counts sixths of an electrical turn from the start. Commands are heard and not obeyed.
+    The tachometer counts sixths of an electrical turn from the start. Commands turn, brake or release its
+    motor. Braking stops it whatever the current.
     """
 
     def __init__(
@@ -79,9 +86,29 @@ class Vesc(CanNode):
         self._due_ns = [NEVER_NS, NEVER_NS]
         self._start_ns = self._notice_ns = NEVER_NS
         self._origin = 0.0
+        self._shaft = Shaft.of(angle)
+        self._timeout_ns = NEVER_NS
 
     def receive(self, frame: CanFrame, now_ns: int) -> None:
-        """Nothing: a motor is not turned here."""
+        """Obey a command, until its time-out; while it starts up it hears none."""
+        packet, node = frame.identifier >> 8, frame.identifier & 0xFF
+        commanded = packet in (_SET_CURRENT, _SET_CURRENT_BRAKE, _SET_RPM) and len(frame.data) == 4
+        if not (frame.extended and commanded and node == self._options.node and self._start_ns == NEVER_NS):
+            return
+        (value,) = struct.unpack(">i", frame.data)
+        self._timeout_ns = now_ns + self._options.timeout_ns
+        if packet == _SET_RPM and abs(value) >= self._options.least_erpm:
+            turns_per_s = value / 60 / self._options.pole_pairs
+            self._shaft.drive(turns_per_s * tau / self._options.gear, now_ns)
+        elif packet == _SET_CURRENT_BRAKE and value:
+            self._shaft.drive(0.0, now_ns)
+        else:
+            self._shaft.release(now_ns)
+
+    def lose_power(self, cause: str, now_ns: int) -> None:
+        """Take its supply: nothing drives the shaft any more."""
+        self._shaft.release(now_ns)
+        super().lose_power(cause, now_ns)
 
     def _verbs(self) -> Mapping[str, Verb]:
         return {**super()._verbs(), "overheated": LOOKED_UP}
@@ -92,17 +119,20 @@ class Vesc(CanNode):
 
     def _power_down(self) -> None:
         self._due_ns = [NEVER_NS, NEVER_NS]
-        self._start_ns = self._notice_ns = NEVER_NS
+        self._start_ns = self._notice_ns = self._timeout_ns = NEVER_NS
         self.withdraw()
 
     def _next_ns(self) -> int:
-        return min(self._start_ns, self._notice_ns, *self._due_ns)
+        return min(self._start_ns, self._notice_ns, self._timeout_ns, *self._due_ns)
 
     def _step(self, now_ns: int) -> None:
         if now_ns >= self._start_ns:
             self._origin = self._angle(now_ns)
             self._due_ns = [now_ns + phase_ns for phase_ns in self._phases_ns]
             self._start_ns = NEVER_NS
+        if now_ns >= self._timeout_ns:
+            self._shaft.release(now_ns)
+            self._timeout_ns = NEVER_NS
         for index, (messages, period_ns) in enumerate(self._sets):
             if now_ns >= self._due_ns[index]:
                 sent = [packet for bit, packet in enumerate(_STATUSES) if messages >> bit & 1]

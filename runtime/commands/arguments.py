@@ -37,6 +37,17 @@ def length(text: str) -> float:
     return metres
 
 
+def finite(text: str) -> float:
+    """A number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r} is no number")
+    return value
+
+
 def count(text: str) -> int:
     """A whole number from 1 on."""
     try:

@@ -23,6 +23,9 @@ def add(commands: "Commands") -> None:
     parser.add_argument(
         "robot", type=Path, nargs="?", metavar="robot.toml", help="which robot (default: the built-in one)"
     )
+    parser.add_argument(
+        "--driven", action="store_true", help="it stands until its motors are commanded, instead of touring"
+    )
     add_directory(parser)
     add_seed(parser)
     parser.set_defaults(execute=execute)
@@ -42,7 +45,7 @@ def execute(arguments: argparse.Namespace) -> int:
     config = robot_file.load(source)
     clock = MonotonicClock()
     with robot_file.located(source):
-        robot = emulated_robot(config, clock.now_ns(), arguments.seed)
+        robot = emulated_robot(config, clock.now_ns(), arguments.seed, driven=arguments.driven)
     with Server(robot, arguments.dir, clock) as server, _described(source, arguments.dir) as robot_toml:
         told = f"the emulated robot is in {arguments.dir}; read it with: echogrid run {robot_toml}"
         print(told, file=sys.stderr, flush=True)

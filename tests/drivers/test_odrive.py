@@ -13,6 +13,7 @@ from echogrid.drivers.device import Level, State
 from echogrid.drivers.odrive import ODriveAxis, decode_heartbeat
 from echogrid.drivers.readings import WheelReading
 from echogrid.drivers.role import WheelRole
+from echogrid.drivers.throttle import Throttle
 
 MS = 1_000_000
 NODE = 3
@@ -62,7 +63,11 @@ def test_the_flags_of_a_heartbeat_are_told_apart() -> None:
 
 @mark.parametrize(
     ("error", "text"),
-    [(0x800, "WATCHDOG_TIMER_EXPIRED"), (0x140, "MOTOR_FAILED, ENCODER_FAILED"), (0x2, "axis error 0x2")],
+    [
+        (0x840, "MOTOR_FAILED, WATCHDOG_TIMER_EXPIRED"),
+        (0x140, "MOTOR_FAILED, ENCODER_FAILED"),
+        (0x2, "axis error 0x2"),
+    ],
 )
 def test_axis_errors_have_names(error: int, text: str) -> None:
     device = axis()
@@ -70,6 +75,18 @@ def test_axis_errors_have_names(error: int, text: str) -> None:
     health = device.health(0)
     assert health.level is Level.ERROR
     assert health.message.startswith(text)
+
+
+def test_an_axis_that_nobody_commands_is_well_though_its_watchdog_has_expired() -> None:
+    device = axis()
+    (reading,) = readings(device, heartbeat(0, IDLE, error=0x800), estimates(MS, 1.5))
+    assert reading.angle == approx(1.5 * tau)
+    assert device.health(MS).state is State.WELL
+
+
+def test_without_its_own_watchdog_an_axis_is_not_driven() -> None:
+    with raises(ValueError, match="enable_watchdog at the controller, then watchdog = true here"):
+        axis(replace(ROLE, throttle=Throttle(1.0, 1.0)))
 
 
 def test_the_known_frames_make_a_reading() -> None:
@@ -295,7 +312,7 @@ def test_random_frames_raise_nothing_and_move_no_wheel_faster_than_it_can(frames
 
 
 def test_an_axis_that_is_only_listened_to_is_sent_nothing_and_waited_for_by_nothing() -> None:
-    device = ODriveAxis(ROLE, ODriveAxis.Settings(node=NODE, listen_only=True))
+    device = axis(replace(ROLE, listen_only=True))
     steps = [device.step(n * MS, [heartbeat(n * 100 * MS), estimates(n * 100 * MS, 1.0)]) for n in range(200)]
     assert {(step.send, step.deadline_ns) for step in steps} == {((), NEVER_NS)}
 
@@ -341,7 +358,7 @@ def test_a_firmware_without_a_driver_is_told_as_that() -> None:
 
 @mark.parametrize("result", [2, 3, 15])
 def test_a_procedure_result_of_0_6_is_no_motor_error_even_if_nobody_may_ask(result: int) -> None:
-    device = ODriveAxis(ROLE, ODriveAxis.Settings(node=NODE, listen_only=True))
+    device = axis(replace(ROLE, listen_only=True))
     assert readings(device, heartbeat(0, flags=bytes([result, 0, 0])), estimates(1, 1.0)) == []
     assert device.health(1).state is State.WRONG_DEVICE
     assert "odrive-0.6" in device.health(1).message

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from math import isfinite, tau
 from struct import pack
 
@@ -34,7 +35,7 @@ def version(stamp_ns: int, major: int = 0, minor: int = 6, revision: int = 10) -
 
 
 def axis(listen_only: bool = False) -> ODrive06Axis:
-    return ODrive06Axis(ROLE, ODrive06Axis.Settings(NODE, listen_only))
+    return ODrive06Axis(replace(ROLE, listen_only=listen_only), ODrive06Axis.Settings(NODE))
 
 
 def known() -> ODrive06Axis:

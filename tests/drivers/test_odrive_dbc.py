@@ -1,13 +1,15 @@
 """Both codecs against the DBC files of the odrive_can package, which are not ours."""
 
+from math import tau
 from pathlib import Path
 from typing import Any
 
 from hypothesis import given
-from hypothesis.strategies import binary
+from hypothesis.strategies import binary, floats
 from pytest import approx, fixture, importorskip, mark
 
 from echogrid.drivers import cansimple, odrive, odrive06
+from echogrid.drivers.odrive_motor import OdriveCommands
 
 can_database = importorskip("cantools.database", reason="cantools is not installed")
 odrive_can = importorskip("odrive_can", reason="odrive_can is not installed")
@@ -99,3 +101,27 @@ def test_procedure_results_have_the_names_of_the_file(new: Any) -> None:
     assert {result.value: result.name for result in odrive06.ProcedureResult} == {
         int(number): str(text) for number, text in signal.choices.items()
     }
+
+
+@given(rate=floats(-100, 100), gear=floats(0.5, 50))
+def test_commands_say_what_the_files_say_of_them(old: Any, new: Any, rate: float, gear: float) -> None:
+    for database, clear in ((old, odrive.Firmware05.clear), (new, odrive06.Firmware06.clear)):
+        commands = OdriveCommands(3, gear, clear)
+        commands.expired = True
+        by_name = {
+            message.name.removeprefix("Axis3_"): (message, frame)
+            for frame in (*commands.enable(), *commands.let_go(), *commands.drive(rate))
+            for message in database.messages
+            if message.frame_id == frame.identifier
+        }
+        said = {
+            name: message.decode(frame.data, decode_choices=False)
+            for name, (message, frame) in by_name.items()
+            if message.length
+        }
+        assert said["Set_Controller_Mode"] == {"Control_Mode": 2, "Input_Mode": 1}
+        assert said["Set_Axis_State"] == {"Axis_Requested_State": 1}
+        assert said["Set_Input_Vel"]["Input_Vel"] == approx(rate * gear / tau, rel=1e-6)
+        assert said["Set_Input_Vel"]["Input_Torque_FF"] == 0.0
+        message, frame = by_name["Clear_Errors"]
+        assert (message.length, frame.data) == (len(clear), bytes(len(clear)))

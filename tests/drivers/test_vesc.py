@@ -10,6 +10,7 @@ from echogrid.drivers.device import Level, State
 from echogrid.drivers.readings import WheelReading
 from echogrid.drivers.role import WheelRole
 from echogrid.drivers.vesc import Vesc, decode_status, decode_status_4, decode_status_5
+from echogrid.drivers.vesc_motor import VescCommands, erpm_per_radian
 
 MS = 1_000_000
 NODE = 23
@@ -243,3 +244,13 @@ def test_a_lost_port_leaves_silence() -> None:
 def test_impossible_settings_are_refused_by_name(settings: dict[str, int], text: str) -> None:
     with raises(ValueError, match=text):
         Vesc.Settings(**settings)
+
+
+def test_its_commands_are_big_endian_and_signed() -> None:
+    commands = VescCommands(23, erpm_per_radian(-2.0, 7), 51.0)
+    (turn,), (brake,) = commands.drive(3.0), commands.drive(0.0)
+    assert (turn.identifier, turn.extended) == (0x0317, True)
+    assert int.from_bytes(turn.data, "big", signed=True) == round(-3.0 / tau * 60 * 7 * 2)
+    assert (brake.identifier, brake.data) == (0x0217, bytes.fromhex("00 00 C7 38"))
+    assert list(commands.enable()) == []
+    assert commands.let_go() == (brake,)

@@ -275,7 +275,7 @@ def test_what_it_is_follows_from_its_name_unless_it_is_told(options: IioOptions,
 def robot(*rangers: RangerSpec) -> EmulatedRobot:
     buses = (BusSpec("pins", "iio"),)
     return EmulatedRobot(
-        RobotSpec(0.1, 0.4, buses, rangers, ()), lambda _: room(1.0), lambda _side, _now: 0.0
+        RobotSpec(0.1, 0.4, buses, rangers, ()), lambda _: room(1.0), lambda _side: lambda _now: 0.0
     )
 
 

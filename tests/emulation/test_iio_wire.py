@@ -32,7 +32,7 @@ SPEC = RobotSpec(
 def directory(tmp_path: Path) -> Iterator[Path]:
     """A directory in which the robot is served by a thread."""
     air = Surroundings(lambda fire_ns: (Echo(1.5, 40.0, "wall"),), 343.5)
-    robot = EmulatedRobot(SPEC, lambda ranger: air, lambda side, now_ns: 0.0)
+    robot = EmulatedRobot(SPEC, lambda ranger: air, lambda side: lambda now_ns: 0.0)
     stop = threading.Event()
     with Server(robot, tmp_path / "robot", MonotonicClock()) as server:
         thread = threading.Thread(target=server.run, args=(stop,))

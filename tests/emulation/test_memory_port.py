@@ -30,7 +30,7 @@ def robot(
     return EmulatedRobot(
         RobotSpec(0.1, 0.4, buses, rangers, wheels),
         lambda ranger: Surroundings(lambda fire_ns: (Echo(1.5, 20.0, "wall"),), 343.21),
-        lambda side, now_ns: tau * now_ns / SECOND,
+        lambda side: lambda now_ns: tau * now_ns / SECOND,
     )
 
 

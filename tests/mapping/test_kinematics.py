@@ -129,3 +129,10 @@ def test_the_worked_motion() -> None:
     assert (motion.forward, motion.turn) == approx((0.51, 0.05))
     assert (motion.forward_variance, motion.turn_variance) == approx((2.55e-5, 6.375e-4))
     assert motion.shared == approx(2.5e-6)
+
+
+@given(st.floats(-2.0, 2.0), st.floats(-3.0, 3.0))
+def test_a_twist_s_wheel_rates_make_that_twist(speed: float, turn_rate: float) -> None:
+    drive = Differential(0.1, 0.11, 0.4, 0.0)
+    motion = drive.motion((0.0, 0.0), drive.rates(speed, turn_rate))
+    assert (motion.forward, motion.turn) == approx((speed, turn_rate), abs=1e-12)

@@ -64,7 +64,7 @@ class Trial:
         )
         robot = RobotSpec(0.1, 0.4, (BusSpec("port", config.bus[0].kind),), (spec,), ())
         surroundings = Surroundings(self.wall, speed_of_sound)
-        self.robot = EmulatedRobot(robot, lambda _: surroundings, lambda _side, _now: 0.0)
+        self.robot = EmulatedRobot(robot, lambda _: surroundings, lambda _side: lambda _now: 0.0)
         self._name = subject.driver
         self._queue = ReadingQueue()
         self._pump = Pump(line_of(config), self.robot.ports(self.clock)["port"], self.clock, self._queue.put)

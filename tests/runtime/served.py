@@ -20,7 +20,7 @@ def served(folder: Path, buses: dict[str, str], rangers: list[RangerSpec], dista
     wall = Surroundings(lambda fire_ns: (Echo(distance, 60.0, "wall"),), SPEED)
     specs = tuple(BusSpec(name, kind) for name, kind in buses.items())
     robot = EmulatedRobot(
-        RobotSpec(0.1, 0.4, specs, tuple(rangers), ()), lambda _: wall, lambda _side, _now: 0.0
+        RobotSpec(0.1, 0.4, specs, tuple(rangers), ()), lambda _: wall, lambda _side: lambda _now: 0.0
     )
     stop = threading.Event()
     with Server(robot, folder, MonotonicClock()) as server:

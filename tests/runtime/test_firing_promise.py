@@ -86,7 +86,7 @@ def pinged(config: Config) -> Mapping[str, list[int]]:
     def surroundings_of(ranger: RangerSpec) -> Surroundings:
         return Surroundings(lambda _: (Echo(1.0, 40.0, "wall"),), SPEED, ping=times[ranger.name].append)
 
-    robot = EmulatedRobot(robot_spec(config), surroundings_of, lambda _side, _now_ns: 0.0, seed=1)
+    robot = EmulatedRobot(robot_spec(config), surroundings_of, lambda _side: lambda _now_ns: 0.0, seed=1)
     ports = robot.ports(clock)
     pumps = [Pump(line, ports[line.name], clock, queue.put) for line in lines.lines(config)]
     Simulation(clock, pumps, queue).sleep_until_ns(SECONDS * SECOND_NS)

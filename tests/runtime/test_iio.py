@@ -141,7 +141,7 @@ class Pins:
             for name, device in rangers.items()
         )
         robot = RobotSpec(0.1, 0.4, (BusSpec("pins", "iio"),), specs, ())
-        self.robot = EmulatedRobot(robot, lambda _: air, lambda _side, _now: 0.0)
+        self.robot = EmulatedRobot(robot, lambda _: air, lambda _side: lambda _now: 0.0)
         line = Line("pins", [ranger(name, device, slot) for name, device in rangers.items()])
         self.pump = Pump(line, self.robot.ports(self.clock)["pins"], self.clock, self._queue.put)
         self._simulation = Simulation(self.clock, [self.pump], self._queue)

@@ -41,16 +41,17 @@ class Trial:
     def __init__(
         self, name: str, settings: dict[str, Any] | None = None, axis: str = "", **options: Any
     ) -> None:
+        listen_only = options.pop("listen_only", False)
         shared = settings or {}
-        common = {key: value for key, value in shared.items() if key != "listen_only"}
         self.node = WHEELS[axis or name].build(
-            "wheel", to_and_fro, Random(1), {"node": NODE, **common, **options}
+            "wheel", to_and_fro, Random(1), {"node": NODE, **shared, **options}
         )
         assert isinstance(self.node, CanNode)
         self.bus = CanBus("can", 500_000, [self.node])
         self.bus.switch_on(BEGIN_NS)
         driver = registry.driver(name)
-        self.driver = driver(WheelRole("wheel", fastest=FASTEST), driver.Settings(node=NODE, **shared))
+        role = WheelRole("wheel", fastest=FASTEST, listen_only=listen_only)
+        self.driver = driver(role, driver.Settings(node=NODE, **shared))
         self.now_ns = BEGIN_NS
         self.readings: list[WheelReading] = []
         self.sent: list[CanFrame] = []
@@ -89,7 +90,7 @@ kinds = pytest.mark.parametrize(("name", "settings"), KINDS, ids=["0.5", "0.5 co
 @kinds
 @pytest.mark.parametrize("listen_only", [False, True])
 def test_every_turn_is_counted(name: str, settings: dict[str, Any], listen_only: bool) -> None:
-    trial = Trial(name, {**settings, "listen_only": listen_only})
+    trial = Trial(name, settings, listen_only=listen_only)
     trial.run(30.0)
     assert trial.assert_never_silently_wrong() == 0
     first, last = trial.readings[0], trial.readings[-1]

@@ -111,3 +111,21 @@ def test_a_port_that_fails_to_close_is_contained() -> None:
 
 def _bite(now_ns: int) -> None:
     raise MishapError("bitten")
+
+
+class Leaver(Parrot):
+    """Is not to be left as it is."""
+
+    def parting(self, now_ns: int) -> Sequence[bytes]:
+        return (b"farewell",)
+
+
+def test_what_a_device_says_last_is_sent_before_its_port_is_closed() -> None:
+    bench = Bench()
+    bench.pump = Pump(Line("line", [Parrot(), Leaver()]), bench.port, bench.clock, bench.readings.extend)
+    bench.turns_until(PortState.OPEN)
+    bench.pump.close()
+    assert bench.port.sent == [b"farewell"]
+    assert not bench.port.is_open
+    bench.pump.close()
+    assert bench.port.sent == [b"farewell"]

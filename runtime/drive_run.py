@@ -1,0 +1,84 @@
+"""Driving by hand: the wheels alone, asked for one twist, and where the robot came by them."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from echogrid.drivers.bus import NEVER_NS, Port
+from echogrid.drivers.clock import Clock, MonotonicClock
+from echogrid.drivers.device import BusLine
+from echogrid.drivers.readings import Reading, WheelReading
+from echogrid.mapping.odometry import Odometry
+from echogrid.mapping.pose import Pose
+from echogrid.mapping.wheel_pair import WheelPair
+from echogrid.runtime import assembly
+from echogrid.runtime.acquisition import Acquisition, ThreadedAcquisition
+from echogrid.runtime.config import Config
+from echogrid.runtime.driving import Driving
+from echogrid.runtime.excursion import Excursion, Stage, Wanted
+from echogrid.runtime.lines import lines
+from echogrid.runtime.loop import FixedRateLoop
+from echogrid.runtime.ports import real_ports
+from echogrid.runtime.pump import Pump
+from echogrid.runtime.reading_queue import ReadingQueue
+
+SHOWN_EVERY_NS = 500_000_000
+
+
+@dataclass(slots=True)
+class DriveRun:
+    """An excursion under way."""
+
+    excursion: Excursion
+    odometry: Odometry
+    loop: FixedRateLoop
+    acquisition: Acquisition
+
+    def go(self, show: Callable[[Stage, Pose], None]) -> None:
+        """Until it is over; `show` is told of each new stage, and where the robot is, twice a second."""
+        pair, shown_ns, stage = WheelPair(), 0, None
+        for now_ns in self.loop.ticks(NEVER_NS):
+            readings = self.acquisition.drain()
+            self._reckon(pair, readings)
+            self.excursion.tick(now_ns, readings, self.acquisition.report(now_ns))
+            if self.excursion.stage is not stage or now_ns - shown_ns >= SHOWN_EVERY_NS:
+                stage, shown_ns = self.excursion.stage, now_ns
+                show(stage, self.odometry.pose)
+            if stage is Stage.OVER:
+                break
+        self.acquisition.stop()
+
+    def _reckon(self, pair: WheelPair, readings: Sequence[Reading]) -> None:
+        for reading in readings:
+            if isinstance(reading, WheelReading) and reading.wheel == "left":
+                pair.left(reading)
+            elif isinstance(reading, WheelReading):
+                for angles in pair.right(reading):
+                    self.odometry.update(angles.stamp_ns, (angles.left, angles.right), angles.restarted)
+
+
+def wheel_lines(config: Config) -> tuple[list[BusLine[Any, Any]], Driving]:
+    """The buses of the wheels, which are driven. Raises ConfigError, also for wheels that can't be."""
+    alone = replace(config, sensor=())
+    driving = Driving(alone, assembly.drive(alone))
+    return lines(alone, driving.throttles), driving
+
+
+@contextmanager
+def driven(config: Config, folder: Path, wanted: Wanted) -> Iterator[DriveRun]:
+    """The run on the robot's own ports, ready to go. Raises ConfigError."""
+    clock, queue = MonotonicClock(), ReadingQueue()
+    devices, driving = wheel_lines(config)
+    pumps = pumped(devices, real_ports(config, devices, folder), clock, queue)
+    with ThreadedAcquisition(pumps, queue) as acquisition:
+        loop = FixedRateLoop(clock, config.loop.rate_hz)
+        yield DriveRun(Excursion(driving, wanted), assembly.odometry(config), loop, acquisition)
+
+
+def pumped(
+    devices: Sequence[BusLine[Any, Any]], ports: dict[str, Port[Any, Any]], clock: Clock, queue: ReadingQueue
+) -> list[Pump[Any, Any]]:
+    """A pump for each bus."""
+    return [Pump(line, ports[line.name], clock, queue.put) for line in devices]

@@ -1,0 +1,107 @@
+"""One drive with one twist: enable the motors, drive, stop, let them go."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from echogrid.drivers.device import Level
+from echogrid.drivers.readings import Reading, WheelReading
+from echogrid.runtime.acquisition import DeviceReport
+from echogrid.runtime.driving import Driving
+
+SECOND_NS = 1_000_000_000
+ENABLE_WITHIN_NS = 5 * SECOND_NS
+STOP_WITHIN_NS = 2 * SECOND_NS
+LET_GO_NS = SECOND_NS // 10
+STANDING = 0.05
+"""rad/s of a wheel: what is slower stands."""
+
+
+class Stage(Enum):
+    """What is going on."""
+
+    ENABLING = "enabling the motors"
+    DRIVING = "driving"
+    STOPPING = "stopping"
+    LETTING_GO = "letting the motors go"
+    OVER = "over"
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What the robot shall do."""
+
+    speed: float
+    """m/s."""
+    turn_rate: float
+    """rad/s."""
+    lasts_ns: int
+
+
+class Excursion:
+    """Called at the loop's rate. Whatever goes wrong with a wheel ends the drive."""
+
+    def __init__(self, driving: Driving, wanted: Wanted) -> None:
+        self.stage = Stage.ENABLING
+        self.trouble = ""
+        """Why it ended early; empty if it did not."""
+        self._driving = driving
+        self._wanted = wanted
+        self._since_ns: int | None = None
+        self._rates: dict[str, float] = {}
+        self._stopped = False
+
+    def tick(self, now_ns: int, readings: Sequence[Reading], reports: Sequence[DeviceReport]) -> None:
+        """Take what the wheels report, and ask them for what is to come."""
+        self._rates |= {each.wheel: each.rate for each in readings if isinstance(each, WheelReading)}
+        if self._since_ns is None:
+            self._since_ns = now_ns
+        following = self._following(now_ns - self._since_ns, reports)
+        if following is not self.stage:
+            self.stage, self._since_ns = following, now_ns
+        self._ask(now_ns)
+
+    def stop(self) -> None:
+        """End it with the next tick."""
+        self._stopped = True
+
+    def _following(self, age_ns: int, reports: Sequence[DeviceReport]) -> Stage:
+        """The stage that is due, given for how long this one lasts."""
+        if self._stopped and self.stage in (Stage.ENABLING, Stage.DRIVING):
+            return Stage.STOPPING
+        if self.stage is Stage.ENABLING:
+            return self._after_enabling(age_ns, reports)
+        if self.stage is Stage.DRIVING:
+            return self._after_driving(age_ns, reports)
+        if self.stage is Stage.STOPPING:
+            standing = all(abs(rate) < STANDING for rate in self._rates.values())
+            over = (standing and age_ns >= LET_GO_NS) or age_ns >= STOP_WITHIN_NS
+            return Stage.LETTING_GO if over else Stage.STOPPING
+        return Stage.OVER if age_ns >= LET_GO_NS else self.stage
+
+    def _after_enabling(self, age_ns: int, reports: Sequence[DeviceReport]) -> Stage:
+        if self._driving.obeyed:
+            return Stage.DRIVING
+        if age_ns < ENABLE_WITHIN_NS:
+            return Stage.ENABLING
+        self.trouble = f"the motors can't be enabled: {_told(reports)}"
+        return Stage.STOPPING
+
+    def _after_driving(self, age_ns: int, reports: Sequence[DeviceReport]) -> Stage:
+        if not self._driving.obeyed or any(each.health.level >= Level.ERROR for each in reports):
+            self.trouble = f"stopped early: {_told(reports)}"
+            return Stage.STOPPING
+        return Stage.STOPPING if age_ns >= self._wanted.lasts_ns else Stage.DRIVING
+
+    def _ask(self, now_ns: int) -> None:
+        if self.stage is Stage.DRIVING:
+            self._driving.ask(now_ns, self._wanted.speed, self._wanted.turn_rate)
+        elif self.stage in (Stage.ENABLING, Stage.STOPPING):
+            self._driving.ask(now_ns, 0.0, 0.0)
+        else:
+            self._driving.release()
+
+
+def _told(reports: Sequence[DeviceReport]) -> str:
+    """What the wheels say of themselves."""
+    return "; ".join(f"{each.device}: {each.health.state.value}: {each.health.message}" for each in reports)
