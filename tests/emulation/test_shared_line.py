@@ -45,7 +45,9 @@ def robot() -> EmulatedRobot:
         echo = Echo(distance(int(ranger.options["address"])), 40.0, "wall")
         return Surroundings(lambda fire_ns: (echo,), SPEED)
 
-    return EmulatedRobot(RobotSpec(0.1, 0.4, buses, tuple(rangers), ()), surroundings, lambda _: lambda _: 0.0)
+    return EmulatedRobot(
+        RobotSpec(0.1, 0.4, buses, tuple(rangers), ()), surroundings, lambda _: lambda _: 0.0
+    )
 
 
 @pytest.fixture(scope="module")

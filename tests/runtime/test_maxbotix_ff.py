@@ -163,7 +163,9 @@ def served(folder: Path, driver: str, options: dict[str, Any]) -> Iterator[str]:
     )
     wall = Surroundings(lambda fire_ns: (Echo(1.5, 40.0, "wall"),), TOLD)
     stop = threading.Event()
-    with Server(EmulatedRobot(robot, lambda _: wall, lambda _: lambda _: 0.0), folder, MonotonicClock()) as server:
+    with Server(
+        EmulatedRobot(robot, lambda _: wall, lambda _: lambda _: 0.0), folder, MonotonicClock()
+    ) as server:
         thread = threading.Thread(target=server.run, args=(stop,))
         thread.start()
         try:
