@@ -5,10 +5,11 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from echogrid.mapping.cone import Cone
+from echogrid.mapping.cone import Cone, cast
 from echogrid.mapping.grid import GridGeometry, Patch
 from echogrid.mapping.rolling import shifted
 from echogrid.mapping.sonar_model import Form, NoEcho, evidence
+from echogrid.mapping.sounding import Sounding
 
 MILLI = 1000.0
 """Milli-nats in a nat."""
@@ -34,8 +35,9 @@ class BayesGrid:
         self._form = form
         self._no_echo = no_echo
 
-    def update(self, cone: Cone) -> Patch | None:
+    def update(self, sounding: Sounding) -> Patch | None:
         """Fuse one ping; the patch that it touched, None if it said nothing."""
+        cone = cast(self.geometry, sounding)
         rows, _ = self.fuse(cone)
         return cone.patch if len(rows) else None
 

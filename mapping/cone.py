@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from echogrid.mapping.grid import GridGeometry, Patch
 from echogrid.mapping.pose import Pose, wrap_angle
-from echogrid.mapping.ranger import Ranger, effective_tolerance
+from echogrid.mapping.ranger import effective_tolerance
+from echogrid.mapping.sounding import Sounding
 
 Floats = NDArray[np.float64]
 
@@ -52,16 +53,13 @@ def belief(distance: Floats, bearing: Floats, farthest: float, half_angle: float
     return result
 
 
-def cast(
-    geometry: GridGeometry, transducer: Pose, ranger: Ranger, echo_distance: float | None, tolerance: float
-) -> Cone:
-    """The cone of a ping sent from `transducer` (its pose in the grid's frame).
-
-    `echo_distance` (m) is the reading s, None if nothing came back within the ranger's reach.
-    """
-    s = ranger.farthest if echo_distance is None else echo_distance
-    band = effective_tolerance(tolerance, geometry.resolution, s)
-    reach = s + band if echo_distance is not None else s
+def cast(geometry: GridGeometry, sounding: Sounding) -> Cone:
+    """The cone of a ping on a grid."""
+    transducer, ranger = sounding.transducer, sounding.ranger
+    echo = sounding.echo is not None
+    s = ranger.farthest if sounding.echo is None else sounding.echo
+    band = effective_tolerance(sounding.tolerance, geometry.resolution, s)
+    reach = s + band if echo else s
     patch = geometry.window(*_bounds(transducer, ranger.half_angle, reach, geometry.resolution))
     along, across = _sensor_frame(geometry, patch, transducer)
     squared = along * along + across * across
@@ -78,8 +76,8 @@ def cast(
         distance,
         bearing,
         belief(distance, bearing, ranger.farthest, ranger.half_angle),
-        distance >= s - band if echo_distance is not None else np.zeros(len(rows), np.bool_),
-        echo_distance is not None,
+        distance >= s - band if echo else np.zeros(len(rows), np.bool_),
+        echo,
         ranger.half_angle,
         ranger.farthest,
     )

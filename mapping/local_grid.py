@@ -12,6 +12,7 @@ from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.rolling import shifted
 from echogrid.mapping.sonar_model import Form, NoEcho
+from echogrid.mapping.sounding import Sounding
 
 _LIMIT = 2.0
 """nats: a few contrary pings turn a cell over."""
@@ -67,7 +68,7 @@ class LocalGrid:
 
     def fuse(self, transducer: Pose, ranger: Ranger, echo_distance: float | None, stamp_ns: int) -> None:
         """Fuse a ping sent from `transducer` (odom frame)."""
-        cone = cast(self.geometry, transducer, ranger, echo_distance, self._tolerance)
+        cone = cast(self.geometry, Sounding(transducer, ranger, echo_distance, self._tolerance))
         spoken = self.grid.fuse(cone)
         self.seen_ns[spoken] = np.maximum(self.seen_ns[spoken], stamp_ns)
 

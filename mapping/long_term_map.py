@@ -2,37 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from echogrid.mapping.cone import Cone, cast
-from echogrid.mapping.grid import GridGeometry, Patch
+from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
-
-
-class Theory(Protocol):
-    """A way of fusing pings into a grid."""
-
-    geometry: GridGeometry
-
-    def update(self, cone: Cone) -> Patch | None:
-        """Fuse one ping; the patch that it touched, None if it said nothing."""
-        ...
-
-    def occupancy(self) -> NDArray[np.float32]:
-        """(rows, cols) P(Occupied), row 0 = south; 0.5 where unknown."""
-        ...
-
-    def unknown(self) -> NDArray[np.bool_]:
-        """(rows, cols) True where no ping has spoken."""
-        ...
-
-    def copy(self) -> Self:
-        """An independent twin."""
-        ...
+from echogrid.mapping.sounding import Sounding
+from echogrid.mapping.theory import Theory
 
 
 @dataclass(slots=True)
@@ -67,8 +45,7 @@ class LongTermMap:
         """Fuse a ping sent from `transducer` (map frame); False if it said nothing about the map's area."""
         grid = self._submap.grid
         seat = self._submap.anchor.inverse().compose(transducer)
-        cone = cast(grid.geometry, seat, ranger, echo_distance, self._tolerance)
-        return grid.update(cone) is not None
+        return grid.update(Sounding(seat, ranger, echo_distance, self._tolerance)) is not None
 
     def render(self) -> MapImage:
         """The published map."""

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 from pytest import approx
 
 from echogrid.mapping.bayes import BayesGrid, probability
-from echogrid.mapping.cone import Cone, cast
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger, effective_tolerance
 from echogrid.mapping.sonar_model import Form, NoEcho
+from echogrid.mapping.sounding import Sounding
 
 from .strategies import poses, rangers
 
@@ -26,8 +26,8 @@ echoes = st.none() | st.floats(0.0, 4.0)
 pings = st.tuples(poses(2.0), rangers(0.05), echoes)
 
 
-def cone_of(ping: tuple[Pose, Ranger, float | None]) -> Cone:
-    return cast(GEOMETRY, *ping, 0.1)
+def sounding_of(ping: tuple[Pose, Ranger, float | None]) -> Sounding:
+    return Sounding(*ping, 0.1)
 
 
 def grid_of(
@@ -101,7 +101,7 @@ def test_an_update_is_that_of_the_equations_cell_by_cell(
     ping: tuple[Pose, Ranger, float | None], form: Form, no_echo: NoEcho
 ) -> None:
     grid = grid_of(form, no_echo)
-    grid.update(cone_of(ping))
+    grid.update(sounding_of(ping))
     for row, y in enumerate(GEOMETRY.y_centres):
         for col, x in enumerate(GEOMETRY.x_centres):
             cell = Cell(float(x), float(y), ping, GEOMETRY.resolution)
@@ -117,7 +117,7 @@ def test_a_ping_speaks_only_of_its_patch(
     ping: tuple[Pose, Ranger, float | None], form: Form, no_echo: NoEcho
 ) -> None:
     grid = grid_of(form, no_echo)
-    patch = grid.update(cone_of(ping))
+    patch = grid.update(sounding_of(ping))
     if patch is not None:
         grid.log_odds[patch] = 0
     assert not grid.log_odds.any()
@@ -132,8 +132,8 @@ def test_a_ping_speaks_only_of_its_patch(
 def test_below_the_clamp_the_order_of_the_pings_does_not_matter(orders) -> None:
     first, second = grid_of(), grid_of()
     for ping, other in zip(*orders, strict=True):
-        first.update(cone_of(ping))
-        second.update(cone_of(other))
+        first.update(sounding_of(ping))
+        second.update(sounding_of(other))
     assert np.array_equal(first.log_odds, second.log_odds)
     assert np.array_equal(first.unknown(), second.unknown())
 
@@ -145,7 +145,7 @@ def test_log_odds_stay_within_the_clamp_and_probabilities_are_numbers_between_0_
 ) -> None:
     grid = grid_of(form, no_echo, limit)
     for ping in many:
-        grid.update(cone_of(ping))
+        grid.update(sounding_of(ping))
     assert np.all(np.abs(grid.log_odds) <= round(limit * 1000.0))
     occupancy = grid.occupancy()
     assert np.all((occupancy > 0.0) & (occupancy < 1.0))
@@ -158,7 +158,7 @@ def test_the_clamp_never_absorbs(echoes_before: int, limit: float) -> None:
     ranger = Ranger("sonar", Pose(), radians(15.0), 0.0, 4.0)
     seat, cell = Pose(-1.9, 0.1), (10, 15)
     grid = grid_of(limit=limit)
-    at_cell, beyond = cast(GEOMETRY, seat, ranger, 3.0, 0.1), cast(GEOMETRY, seat, ranger, 3.8, 0.1)
+    at_cell, beyond = Sounding(seat, ranger, 3.0, 0.1), Sounding(seat, ranger, 3.8, 0.1)
     for _ in range(echoes_before):
         grid.update(at_cell)
     before = int(grid.log_odds[cell])
@@ -175,19 +175,19 @@ def test_from_a_certainty_of_0_the_grid_comes_back() -> None:
     grid = grid_of(limit=6.9)
     grid.log_odds[:] = -6900
     for _ in range(10):
-        grid.update(cast(GEOMETRY, Pose(-1.9, 0.1), ranger, 1.0, 0.1))
+        grid.update(Sounding(Pose(-1.9, 0.1), ranger, 1.0, 0.1))
     assert grid.occupancy()[10, 5] > 0.5
 
 
 def test_a_ping_that_says_nothing_touches_nothing() -> None:
     grid = grid_of(no_echo=NoEcho.IGNORE)
-    assert grid.update(cone_of((Pose(), Ranger("sonar", Pose(), 0.3, 0.0, 4.0), None))) is None
+    assert grid.update(sounding_of((Pose(), Ranger("sonar", Pose(), 0.3, 0.0, 4.0), None))) is None
     assert grid.unknown().all()
 
 
 def test_a_ping_from_outside_the_grid_touches_nothing() -> None:
     grid = grid_of()
-    assert grid.update(cone_of((Pose(50.0, 50.0), Ranger("sonar", Pose(), 0.3, 0.0, 4.0), 1.0))) is None
+    assert grid.update(sounding_of((Pose(50.0, 50.0), Ranger("sonar", Pose(), 0.3, 0.0, 4.0), 1.0))) is None
 
 
 @given(st.floats(0.0, 1.0))
@@ -204,7 +204,7 @@ def test_fading_brings_every_cell_nearer_to_nothing_and_never_across(factor: flo
 
 def test_a_faded_cell_is_not_unknown_again() -> None:
     grid = grid_of()
-    grid.update(cone_of((Pose(), Ranger("sonar", Pose(), 0.3, 0.0, 4.0), 1.0)))
+    grid.update(sounding_of((Pose(), Ranger("sonar", Pose(), 0.3, 0.0, 4.0), 1.0)))
     known = ~grid.unknown()
     grid.fade(0.0)
     assert np.array_equal(~grid.unknown(), known)
@@ -214,7 +214,7 @@ def test_a_faded_cell_is_not_unknown_again() -> None:
 def test_a_copy_goes_its_own_way() -> None:
     grid = grid_of()
     twin = grid.copy()
-    twin.update(cone_of((Pose(), Ranger("sonar", Pose(), 0.3, 0.0, 4.0), 1.0)))
+    twin.update(sounding_of((Pose(), Ranger("sonar", Pose(), 0.3, 0.0, 4.0), 1.0)))
     assert not grid.log_odds.any()
     assert grid.unknown().all()
     assert twin.log_odds.any()

@@ -9,6 +9,7 @@ from echogrid.mapping.cone import belief, cast
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger, effective_tolerance
+from echogrid.mapping.sounding import Sounding
 
 from .strategies import poses, rangers
 
@@ -40,7 +41,7 @@ def test_no_cell_of_the_cone_is_missed_and_none_outside_is_taken(
     seat: Pose, ranger: Ranger, echo: float | None, resolution: float, tolerance: float
 ) -> None:
     geometry = GridGeometry.covering(-6.0, -6.0, 6.0, 6.0, resolution)
-    cone = cast(geometry, seat, ranger, echo, tolerance)
+    cone = cast(geometry, Sounding(seat, ranger, echo, tolerance))
     reach = ranger.farthest
     if echo is not None:
         reach = echo + effective_tolerance(tolerance, resolution, echo)
@@ -56,7 +57,7 @@ def test_the_patch_holds_all_cells_of_the_cone(
     seat: Pose, ranger: Ranger, echo: float | None, resolution: float
 ) -> None:
     geometry = GridGeometry.covering(-6.0, -6.0, 6.0, 6.0, resolution)
-    cone = cast(geometry, seat, ranger, echo, 0.1)
+    cone = cast(geometry, Sounding(seat, ranger, echo, 0.1))
     rows, cols = cone.patch
     assert np.all((cone.rows >= rows.start) & (cone.rows < rows.stop))
     assert np.all((cone.cols >= cols.start) & (cone.cols < cols.stop))
@@ -67,7 +68,7 @@ def test_the_patch_holds_all_cells_of_the_cone(
 def test_every_number_of_a_cone_is_finite_and_in_its_range(
     seat: Pose, ranger: Ranger, echo: float | None
 ) -> None:
-    cone = cast(GridGeometry.covering(-6.0, -6.0, 6.0, 6.0, 0.2), seat, ranger, echo, 0.1)
+    cone = cast(GridGeometry.covering(-6.0, -6.0, 6.0, 6.0, 0.2), Sounding(seat, ranger, echo, 0.1))
     assert np.all((cone.belief >= 0.0) & (cone.belief <= 1.0))
     assert np.all((cone.bearing >= 0.0) & (cone.bearing <= pi / 2.0))
     assert np.all(np.isfinite(cone.distance))
@@ -78,20 +79,20 @@ def test_every_number_of_a_cone_is_finite_and_in_its_range(
 def test_a_ray_along_the_axis_meets_a_cell_where_the_echo_came_from(
     seat: Pose, ranger: Ranger, echo: float
 ) -> None:
-    cone = cast(GridGeometry.covering(-9.0, -9.0, 9.0, 9.0, 0.1), seat, ranger, echo, 0.0)
+    cone = cast(GridGeometry.covering(-9.0, -9.0, 9.0, 9.0, 0.1), Sounding(seat, ranger, echo, 0.0))
     assert cone.occupied.any()
 
 
 @given(poses(), rangers())
 def test_where_nothing_came_back_nothing_is_taken_for_an_obstacle(seat: Pose, ranger: Ranger) -> None:
-    cone = cast(GridGeometry.covering(-6.0, -6.0, 6.0, 6.0, 0.2), seat, ranger, None, 0.1)
+    cone = cast(GridGeometry.covering(-6.0, -6.0, 6.0, 6.0, 0.2), Sounding(seat, ranger, None, 0.1))
     assert not cone.echo
     assert not cone.occupied.any()
 
 
 def test_a_narrow_cone_has_no_holes_in_front_of_the_transducer() -> None:
     needle = Ranger("needle", Pose(), radians(1.0), 0.0, 4.0)
-    cone = cast(GridGeometry(0.1, 0.0, -1.0, 20, 40), Pose(0.0, 0.03, 0.0), needle, 3.0, 0.1)
+    cone = cast(GridGeometry(0.1, 0.0, -1.0, 20, 40), Sounding(Pose(0.0, 0.03, 0.0), needle, 3.0, 0.1))
     assert set(cone.cols.tolist()) == set(range(31))
 
 

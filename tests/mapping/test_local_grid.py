@@ -11,6 +11,7 @@ from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sonar_model import NoEcho
+from echogrid.mapping.sounding import Sounding
 from echogrid.mapping.virtual_sensor import SectorState, Sight, VirtualSensor
 
 from .strategies import poses
@@ -109,7 +110,7 @@ def test_only_cells_of_which_a_ping_spoke_count_as_seen() -> None:
     local = local_grid(cells=90)
     local.fuse(Pose(), SONAR, None, SECOND)
     assert np.array_equal(local.seen_ns > 0, ~local.grid.unknown())
-    cone = cast(local.geometry, Pose(), SONAR, None, 0.1)
+    cone = cast(local.geometry, Sounding(Pose(), SONAR, None, 0.1))
     silent = (cone.bearing > radians(8.0)) | (cone.distance > 2.4)
     assert not local.seen_ns[cone.rows[silent], cone.cols[silent]].any()
     assert local.seen_ns.any()

@@ -3,12 +3,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from echogrid.mapping.bayes import BayesGrid
-from echogrid.mapping.cone import cast
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.long_term_map import LongTermMap
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sonar_model import Form, NoEcho
+from echogrid.mapping.sounding import Sounding
 
 from .strategies import poses, rangers
 
@@ -26,7 +26,7 @@ def test_one_submap_at_the_origin_is_the_map(pings) -> None:
     long_term, grid = LongTermMap(GEOMETRY, 0.1, bayes), bayes(GEOMETRY)
     for seat, ranger, echo in pings:
         long_term.fuse(seat, ranger, echo)
-        grid.update(cast(GEOMETRY, Pose().compose(seat), ranger, echo, 0.1))
+        grid.update(Sounding(Pose().compose(seat), ranger, echo, 0.1))
     image = long_term.render()
     assert np.array_equal(image.occupancy, grid.occupancy())
     assert np.array_equal(image.unknown, grid.unknown())

@@ -23,6 +23,7 @@ from echogrid.mapping.sonar_model import (
     posterior,
     printed,
 )
+from echogrid.mapping.sounding import Sounding
 
 from .strategies import poses, rangers
 
@@ -95,7 +96,7 @@ def test_silence_never_speaks_for_an_obstacle(detection: float) -> None:
 def test_the_evidence_of_any_ping_is_a_finite_number_for_each_cell(
     seat: Pose, ranger: Ranger, echo: float | None, form: Form, no_echo: NoEcho
 ) -> None:
-    cone = cast(GridGeometry.covering(-6, -6, 6, 6, 0.2), seat, ranger, echo, 0.1)
+    cone = cast(GridGeometry.covering(-6, -6, 6, 6, 0.2), Sounding(seat, ranger, echo, 0.1))
     found = evidence(cone, form, no_echo)
     assert found.shape == cone.rows.shape
     assert np.all(np.isfinite(found))
@@ -103,7 +104,7 @@ def test_the_evidence_of_any_ping_is_a_finite_number_for_each_cell(
 
 def silent_cone():
     ranger = Ranger("sonar", Pose(), HALF_ANGLE, 0.0, REACH)
-    return cast(GridGeometry.covering(0, -5, 11, 5, 0.1), Pose(0.0, 0.05), ranger, None, TOLERANCE)
+    return cast(GridGeometry.covering(0, -5, 11, 5, 0.1), Sounding(Pose(0.0, 0.05), ranger, None, TOLERANCE))
 
 
 def test_silence_may_be_ignored() -> None:
