@@ -6,6 +6,8 @@ from typing import Generic, Protocol, TypeVar
 
 NEVER_NS = 1 << 62
 """A deadline that does not come."""
+FD_LENGTHS = (*range(9), 12, 16, 20, 24, 32, 48, 64)
+"""How many bytes a CAN-FD frame may have."""
 
 In = TypeVar("In", covariant=True)
 Out = TypeVar("Out", contravariant=True)
@@ -22,6 +24,8 @@ class CanFrame:
     remote: bool = False
     stamp_ns: int = 0
     """When it was received, CLOCK_MONOTONIC; 0 on frames to send."""
+    fd: bool = False
+    """A CAN-FD frame, of one of FD_LENGTHS, whose data go out at the faster bit rate."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,6 +50,8 @@ def _options(bus: BusConfig, line: BusLine[Any, Any]) -> Mapping[str, Any]:
         wanted["baud"] = bus.bit_rate
     if bus.kind == "can":
         wanted["interface"] = bus.interface
+        if bus.listen_only:
+            wanted["listen_only"] = True
         if bus.bit_rate is not None:
             wanted["bitrate"] = bus.bit_rate
     return wanted

@@ -11,8 +11,8 @@ from echogrid.drivers.device import Health
 from echogrid.drivers.errors import PortError
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.supervised import Supervised
-from echogrid.drivers.transports.can_link import CanLink, read_link
-from echogrid.drivers.transports.can_supervisor import CanSupervisor, down
+from echogrid.drivers.transports.can_link import FD_MTU, CanLink, read_link
+from echogrid.drivers.transports.can_supervisor import CanSupervisor, classic, down
 from echogrid.drivers.transports.python_can import PythonCanChannel
 from echogrid.drivers.transports.slcan import TTY_BAUD, SlcanChannel
 
@@ -42,9 +42,11 @@ class Channel(Protocol):
 
 
 class CanPort(Supervised):
-    """A CAN bus. What comes in and is no classic data or remote frame is counted and dropped.
+    """A CAN bus. What comes in and is no data or remote frame is counted and dropped; frames of CAN-FD, too,
+    unless it was opened for them.
 
-    So are frames to send in a bus-off, and for a while after a refusal: they would be stale when they go out.
+    So are frames to send in a bus-off and for a while after a refusal: they would be stale when they go out;
+    and all of them on a port which may only listen. That acknowledges others' frames all the same.
     """
 
     def __init__(
@@ -53,16 +55,21 @@ class CanPort(Supervised):
         *,
         interface: str = "socketcan",
         bitrate: int = 250_000,
+        fd: bool = False,
+        listen_only: bool = False,
         more: Mapping[str, object] = MappingProxyType({}),
         look: Callable[[str], CanLink | None] = read_link,
     ) -> None:
-        """`interface` is python-can's name for it, `more` what else it shall know; `look` asks the kernel."""
+        """`interface` is python-can's name for it, `fd` asks for CAN-FD, `more` is what else it shall know;
+        `look` asks the kernel. With `listen_only` nothing is sent."""
         require_between("bitrate", bitrate, 10_000, 1_000_000)
         self._address = address
         self._bitrate = bitrate
+        self._listen_only = listen_only
+        self._fd = fd
         self._look = look if interface in OF_THE_KERNEL else None
         self.counts: Counter[str] = Counter()
-        self._supervisor = CanSupervisor(address, bitrate, self.counts)
+        self._supervisor = CanSupervisor(address, bitrate, self.counts, fd)
         self._channel = self._made(interface, more)
 
     def open(self) -> None:
@@ -70,7 +77,9 @@ class CanPort(Supervised):
         self.close()
         link = self._asked(None)
         if link is not None and not link.up:
-            raise PortError(down(self._address, link, self._bitrate))
+            raise PortError(down(self._address, link, self._bitrate, self._fd))
+        if self._fd and link is not None and link.mtu is not None and link.mtu < FD_MTU:
+            raise PortError(classic(self._address, link, self._bitrate))
         self._channel.open()
         self._supervisor.opened(time.monotonic_ns(), link)
 
@@ -81,6 +90,9 @@ class CanPort(Supervised):
 
     def write(self, items: Sequence[CanFrame]) -> None:
         """Send. Raises PortError when the port is lost."""
+        if self._listen_only:
+            self.counts["frames not to be sent"] += len(items)
+            return
         sent = 0
         if self._supervisor.may_send(time.monotonic_ns()):
             sent = self._channel.send(items)
@@ -122,9 +134,14 @@ class CanPort(Supervised):
         return self.counts["malformed lines"]
 
     def _made(self, interface: str, more: Mapping[str, object]) -> Channel:
+        if interface == SLCAN and self._fd:
+            raise ValueError(
+                'slcan has no CAN-FD: use an adapter that the kernel knows, interface "socketcan"'
+            )
         if interface == SLCAN:
             return SlcanChannel(self._address, self._bitrate, _tty_baudrate(more), self.counts)
-        options = {"interface": interface, "bitrate": self._bitrate, **more}
+        fd = {"fd": True} if self._fd else {}
+        options = {"interface": interface, "bitrate": self._bitrate, **fd, **more}
         erred = self._supervisor.erred if self._look else _ignore
         return PythonCanChannel(self._address, options, self.counts, erred)
 

@@ -21,9 +21,11 @@ LINK = Struct("=BxHiII")
 ATTRIBUTE = Struct("=HH")
 """Length with this head, type."""
 TYPE_BITS = 0x3FFF
-NAME, LINK_INFO, STATISTICS = 3, 18, 23
+NAME, MTU, LINK_INFO, STATISTICS = 3, 4, 18, 23
 INFO_KIND, INFO_DATA, INFO_STATISTICS = 1, 2, 3
-CAN_BIT_TIMING, CAN_STATE, CAN_RESTART_MS, CAN_ERROR_COUNTERS = 1, 4, 6, 8
+CAN_BIT_TIMING, CAN_STATE, CAN_RESTART_MS, CAN_ERROR_COUNTERS, CAN_DATA_BIT_TIMING = 1, 4, 6, 8, 9
+FD_MTU = 72
+"""CANFD_MTU: what an interface must take, to take the frames of CAN-FD."""
 U32 = Struct("=I")
 ERROR_COUNTERS = Struct("=HH")
 CAN_COUNTS = (
@@ -68,6 +70,9 @@ class CanLink:
     """The error counters, of sending and of receiving."""
     counts: Mapping[str, int] = field(default_factory=dict)
     """What happened since the interface is there, by name."""
+    mtu: int | None = None
+    data_bitrate: int | None = None
+    """With which it sends the data of CAN-FD frames."""
 
 
 def read_link(name: str) -> CanLink | None:
@@ -128,6 +133,8 @@ def _link(index: int, up: bool, found: Mapping[int, bytes]) -> CanLink:
         BusState(state) if state is not None and state <= BusState.SLEEPING.value else None,
         ERROR_COUNTERS.unpack_from(counters) if counters else None,
         {**_counts(info.get(INFO_STATISTICS, b"")), **_overruns(found.get(STATISTICS, b""))},
+        _number(found.get(MTU)),
+        _number(can.get(CAN_DATA_BIT_TIMING)),
     )
 
 

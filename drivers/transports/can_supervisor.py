@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from echogrid.drivers.device import State
 from echogrid.drivers.transports.can_errors import error_classes, told_state
-from echogrid.drivers.transports.can_link import BusState, CanLink
+from echogrid.drivers.transports.can_link import FD_MTU, BusState, CanLink
+from echogrid.drivers.transports.fd_rates import DATA_BITRATE, SAMPLE_POINT
 
 LOOK_EVERY_NS = 500_000_000
 SILENCE_NS = 1_000_000_000
@@ -30,10 +31,12 @@ class Condition:
 class CanSupervisor:
     """Told by its port what happens. Knows no clock and asks nobody."""
 
-    def __init__(self, name: str, bitrate: int, counts: Counter[str]) -> None:
-        """`bitrate` is what the robot's devices want, `counts` where error frames are counted by class."""
+    def __init__(self, name: str, bitrate: int, counts: Counter[str], fd: bool = False) -> None:
+        """`bitrate` is what the robot's devices want, `fd` that they want CAN-FD; `counts` is where error
+        frames are counted by class."""
         self._name = name
         self._bitrate = bitrate
+        self._fd = fd
         self._counts = counts
         self._restart(0, None)
 
@@ -80,7 +83,7 @@ class CanSupervisor:
             return f"{self._name}: CAN port lost, was it unplugged? (there is no such interface)"
         self.link = link
         self._state = link.state
-        return "" if link.up else down(self._name, link, self._bitrate)
+        return "" if link.up else down(self._name, link, self._bitrate, self._fd)
 
     def sent(self) -> None:
         """All went out, or into the queue at least."""
@@ -149,6 +152,11 @@ class CanSupervisor:
                 f"{name} has {link.bitrate} bit/s, {self._bitrate} was asked for: "
                 f"set bit_rate in robot.toml, or {self._set_up_again(None)}"
             )
+        if self._fd and link.data_bitrate not in (None, DATA_BITRATE):
+            advice.append(
+                f"{name} has {link.data_bitrate} bit/s for the data of CAN-FD, not {DATA_BITRATE}: "
+                f"{self._set_up_again(link)}"
+            )
         if link.restart_ms == 0:
             advice.append(f"{name} does not come back after a bus-off: {self._set_up_again(link)}")
         if self.link_counts().get("link: overruns"):
@@ -159,15 +167,25 @@ class CanSupervisor:
         """The line that does so: as the link is, or else as the devices want it."""
         name, bitrate = self._name, (link.bitrate if link else None) or self._bitrate
         # While it is up, neither bit rate nor restart-ms may be changed.
-        return f"sudo ip link set {name} down && {set_up(name, bitrate)}"
+        return f"sudo ip link set {name} down && {set_up(name, bitrate, self._fd)}"
 
 
-def down(name: str, link: CanLink, bitrate: int) -> str:
+def down(name: str, link: CanLink, bitrate: int, fd: bool = False) -> str:
     """What to do about an interface that is down."""
-    mend = set_up(name, link.bitrate or bitrate) if link.kind == KIND else f"sudo ip link set {name} up"
+    mend = set_up(name, link.bitrate or bitrate, fd) if link.kind == KIND else f"sudo ip link set {name} up"
     return f"{name}: this CAN interface is down ({mend})"
 
 
-def set_up(name: str, bitrate: int) -> str:
+def classic(name: str, link: CanLink, bitrate: int) -> str:
+    """What to do about an interface that takes no frames of CAN-FD."""
+    fast = set_up(name, bitrate, fd=True) if link.kind == KIND else f"sudo ip link set {name} mtu {FD_MTU} up"
+    return f"{name}: this CAN interface is set up without CAN-FD (sudo ip link set {name} down && {fast})"
+
+
+def set_up(name: str, bitrate: int, fd: bool = False) -> str:
     """The line that sets an interface up which is down."""
-    return f"sudo ip link set {name} up type can bitrate {bitrate} restart-ms {RESTART_MS}"
+    rates = f"bitrate {bitrate}"
+    if fd:
+        point = f"{SAMPLE_POINT / 100:.3f}"
+        rates += f" sample-point {point} dbitrate {DATA_BITRATE} dsample-point {point} fd on"
+    return f"sudo ip link set {name} up type can {rates} restart-ms {RESTART_MS}"

@@ -17,6 +17,7 @@ from echogrid.drivers.transports.serial import SerialPort
 from echogrid.drivers.transports.transfers import Adapter
 
 SOCKET = "unix:"
+CAN_OPTIONS = ("interface", "bitrate", "fd", "listen_only")
 NO_OPTIONS: Mapping[str, Any] = MappingProxyType({})
 
 
@@ -25,7 +26,7 @@ def make_port(kind: str, address: str, options: Mapping[str, Any] = NO_OPTIONS) 
 
     serial: address is a path; options baud, stop_bits, parity.
     i2c: address is a path (/dev/i2c-1), or unix:PATH for an emulated bus; options timeout_s.
-    can: address is a channel of python-can; options interface, bitrate, and what else that interface takes.
+    can: address is a channel of python-can; options interface, bitrate, fd, and what else it takes.
     iio: address is a path (/sys/bus/iio/devices), or unix:PATH for emulated devices; no options.
     """
     if kind == "serial":
@@ -35,7 +36,7 @@ def make_port(kind: str, address: str, options: Mapping[str, Any] = NO_OPTIONS) 
         _require_known(options, "timeout_s")
         return I2cPort(_adapter(address, **options))
     if kind == "can":
-        own = {key: value for key, value in options.items() if key in ("interface", "bitrate")}
+        own = {key: value for key, value in options.items() if key in CAN_OPTIONS}
         more = {key: value for key, value in options.items() if key not in own}
         return CanPort(address, **own, more=more)
     if kind == "iio":

@@ -10,8 +10,9 @@ from errno import EAGAIN, ENOBUFS
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from echogrid.drivers.bus import CanFrame
+from echogrid.drivers.bus import FD_LENGTHS, CanFrame
 from echogrid.drivers.errors import PortError
+from echogrid.drivers.transports.fd_rates import DATA_BITRATE, SAMPLE_POINT
 from echogrid.drivers.transports.mend import cannot_open
 from echogrid.drivers.transports.wall_stamp import WallStamps
 
@@ -28,12 +29,17 @@ HEARD_BY_THE_SENDER = ("udp_multicast",)
 ANYONE_MAY_SEND = ("udp_multicast",)
 """Interfaces on which what comes need not be a frame at all."""
 MOST_ECHOES = 100
+SET_UP_ELSEWHERE = ("socketcan", "virtual", "udp_multicast")
+"""Interfaces that have no bit rate of their own to be told."""
+FD_CLOCK_HZ = 80_000_000
+"""From which an adapter makes its bit rates; python-can finds the nearest one that it has."""
 CONGESTED = (None, ENOBUFS, EAGAIN)
 """Codes of a refusal to send which is none of the port's: the queue is full, or stayed so too long."""
 
 
 class PythonCanChannel:
-    """Frames that are no classic data or remote frames are counted and dropped.
+    """Frames that are neither data nor remote frames are counted and dropped, and so are those of CAN-FD
+    unless it was asked for.
 
     A frame's stamp is the kernel's where it gives one, else the time when it was read.
     """
@@ -45,9 +51,11 @@ class PythonCanChannel:
         counts: Counter[str],
         erred: Callable[[int, bytes], None],
     ) -> None:
-        """`erred` is told the identifier and data of error frames."""
+        """`options` are those of python-can, with `fd` for CAN-FD; `erred` is told the identifier and data
+        of error frames."""
         self._address = address
         self._options = options
+        self._fd = bool(options.get("fd"))
         self._counts = counts
         self._erred = erred
         self._bus: can.BusABC | None = None
@@ -63,13 +71,36 @@ class PythonCanChannel:
         import can
 
         try:
-            self._bus = can.Bus(channel=self._address, ignore_config=True, **self._options)
+            options = self._fd_options() if self._fd else self._options
+            self._bus = can.Bus(channel=self._address, ignore_config=True, **options)
         except (can.CanError, OSError, ValueError, TypeError, NotImplementedError) as error:
             raise self._cannot_open(error) from error
+        if self._fd and self._bus.protocol is can.CanProtocol.CAN_20:
+            self.close()
+            what = f"python-can's {self._options['interface']} has no CAN-FD: use socketcan, and an adapter"
+            raise PortError(f"{self._address}: cannot open this CAN port: {what} that the kernel knows")
         try:
             self._descriptor = self._bus.fileno()
         except NotImplementedError:
             self._descriptor = None
+
+    def _fd_options(self) -> Mapping[str, Any]:
+        """What python-can wants to be told for CAN-FD: how, differs by interface."""
+        import can
+
+        interface = self._options["interface"]
+        if interface == "virtual":
+            return {"protocol": can.CanProtocol.CAN_FD, **self._options}
+        if interface in SET_UP_ELSEWHERE:
+            return self._options
+        timing = can.BitTimingFd.from_sample_point(
+            f_clock=FD_CLOCK_HZ,
+            nom_bitrate=self._options["bitrate"],
+            nom_sample_point=SAMPLE_POINT,
+            data_bitrate=DATA_BITRATE,
+            data_sample_point=SAMPLE_POINT,
+        )
+        return {"timing": timing, "data_bitrate": DATA_BITRATE, **self._options}
 
     def _cannot_open(self, error: Exception) -> PortError:
         if self._options["interface"] == "socketcan" and Path(self._address).is_char_device():
@@ -147,16 +178,24 @@ class PythonCanChannel:
     def _frame(self, message: "can.Message") -> CanFrame | None:
         data = bytes(message.data)
         highest = 0x1FFF_FFFF if message.is_extended_id else 0x7FF
-        whole = message.is_remote_frame or message.dlc == len(data) <= 8
+        if message.is_fd:
+            whole = self._fd and not message.is_remote_frame and message.dlc == len(data) in FD_LENGTHS
+        else:
+            whole = message.is_remote_frame or message.dlc == len(data) <= 8
         if message.is_error_frame:
             self._counts["error frames"] += 1
             self._erred(message.arbitration_id, data)
-        elif message.is_fd or not whole or not 0 <= message.arbitration_id <= highest:
+        elif not whole or not 0 <= message.arbitration_id <= highest:
             self._counts["malformed frames"] += 1
         else:
             stamp_ns = self._stamp_ns(message)
             frame = CanFrame(
-                message.arbitration_id, data, message.is_extended_id, message.is_remote_frame, stamp_ns
+                message.arbitration_id,
+                data,
+                message.is_extended_id,
+                message.is_remote_frame,
+                stamp_ns,
+                message.is_fd,
             )
             return None if self._is_own(frame) else frame
         return None
@@ -192,6 +231,8 @@ def _message(frame: CanFrame) -> "can.Message":
         data=frame.data,
         is_extended_id=frame.extended,
         is_remote_frame=frame.remote,
+        is_fd=frame.fd,
+        bitrate_switch=frame.fd,
     )
 
 

@@ -12,6 +12,11 @@ _KEPT = 4096
 """Frames that wait for the host; the oldest are lost."""
 _STANDARD_BITS, _EXTENDED_BITS = 47, 67
 """A frame without data, with the space to the next one and without stuff bits."""
+_FD_STANDARD_BITS, _FD_EXTENDED_BITS = 29, 48
+"""Those of a CAN-FD frame that take their time at the bit rate, and not at that of its data."""
+_FD_SHORT_BITS, _FD_LONG_BITS = 33, 38
+"""The others but its data, with the fixed stuff bits; the checksum is longer with more than 16 bytes."""
+_DATA_RATE = 5_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,12 +36,19 @@ class _Bid:
 class CanBus(Bus[CanFrame, CanFrame]):
     """The nodes have a supply of their own: they go on when the host's adapter is unplugged.
 
-    Every frame is acknowledged, and there are no error frames.
+    Every frame is acknowledged, and there are no error frames: nodes that don't know CAN-FD pass its frames
+    over, where real ones would destroy them.
     """
 
-    def __init__(self, name: str, bit_rate: int, nodes: Sequence[CanNode]) -> None:
+    def __init__(
+        self, name: str, bit_rate: int, nodes: Sequence[CanNode], data_rate: int = _DATA_RATE
+    ) -> None:
+        """`data_rate` is that of the data in CAN-FD frames."""
         super().__init__(name, nodes)
         self.bit_rate = bit_rate
+        self.fd = any(node.fd for node in nodes)
+        """Whether a node speaks CAN-FD."""
+        self._data_rate = data_rate
         self._nodes = nodes
         self._bids: list[_Bid] = []
         self._on_wire: _Bid | None = None
@@ -82,7 +94,8 @@ class CanBus(Bus[CanFrame, CanFrame]):
         if bid.sender is not None and self.present:
             self._received.append(replace(bid.frame, stamp_ns=end_ns))
         for node in self._nodes:
-            if node is not bid.sender and node.has_contact(end_ns):
+            understood = node.fd or not bid.frame.fd
+            if understood and node is not bid.sender and node.has_contact(end_ns):
                 node.receive(bid.frame, end_ns)
 
     def _contenders(self) -> list[_Bid]:
@@ -95,10 +108,14 @@ class CanBus(Bus[CanFrame, CanFrame]):
             return
         self._on_wire = min(self._contenders(), key=_Bid.priority)
         self._bids.remove(self._on_wire)
-        self._wire_free_ns = now_ns + frame_time_ns(self._on_wire.frame, self.bit_rate)
+        self._wire_free_ns = now_ns + frame_time_ns(self._on_wire.frame, self.bit_rate, self._data_rate)
 
 
-def frame_time_ns(frame: CanFrame, bit_rate: int) -> int:
+def frame_time_ns(frame: CanFrame, bit_rate: int, data_rate: int) -> int:
     """How long a frame takes on the wire."""
+    if frame.fd:
+        slow = _FD_EXTENDED_BITS if frame.extended else _FD_STANDARD_BITS
+        fast = (_FD_SHORT_BITS if len(frame.data) <= 16 else _FD_LONG_BITS) + 8 * len(frame.data)
+        return slow * 1_000_000_000 // bit_rate + fast * 1_000_000_000 // data_rate
     bits = (_EXTENDED_BITS if frame.extended else _STANDARD_BITS) + 8 * len(frame.data)
     return bits * 1_000_000_000 // bit_rate

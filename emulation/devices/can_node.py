@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from operator import itemgetter
+from typing import ClassVar
 
 from echogrid.drivers.bus import NEVER_NS, CanFrame
 from echogrid.emulation.devices.device import EmulatedDevice
@@ -11,6 +12,9 @@ _DUE_NS = itemgetter(0)
 
 class CanNode(EmulatedDevice):
     """Hands frames to the bus, each with the time from which on it is to be sent."""
+
+    fd: ClassVar[bool] = False
+    """Whether it speaks CAN-FD; if not, it takes no such frames."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)

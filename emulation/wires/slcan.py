@@ -7,6 +7,7 @@ from pathlib import Path
 from echogrid.drivers.bus import CanFrame
 from echogrid.drivers.clock import Clock
 from echogrid.emulation.buses.can_bus import CanBus
+from echogrid.emulation.errors import RobotSpecError
 from echogrid.emulation.wires.loop import Loop
 from echogrid.emulation.wires.pty import TerminalWire
 
@@ -76,6 +77,12 @@ class SlcanWire(TerminalWire[CanFrame, CanFrame]):
     """A CAN bus as a pseudo-terminal that speaks slcan. Its speed is that of USB: any will do."""
 
     def __init__(self, bus: CanBus, link: Path, clock: Clock, loop: Loop) -> None:
+        """Raises RobotSpecError if a node of the bus speaks CAN-FD: slcan has no such frames."""
+        if bus.fd:
+            raise RobotSpecError(
+                f"{bus.name}: slcan, on which an emulated CAN bus is served, has no CAN-FD: leave the "
+                "controllers that speak it (moteus) out"
+            )
         super().__init__(bus, link, clock, loop, None)
         self._bit_rate = bus.bit_rate
 

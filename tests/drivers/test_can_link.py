@@ -103,3 +103,11 @@ def test_this_kernel_tells_its_loopback() -> None:
 
 def test_this_kernel_has_no_interface_of_another_name() -> None:
     assert read_link("nosuchcan0") is None
+
+
+def test_an_interface_with_can_fd_is_read() -> None:
+    timing = attribute(1, pack("=8I", 1_000_000, 666, 1, 1, 1, 1, 1, 1)) + attribute(
+        9, pack("=8I", 5_000_000, 666, 1, 1, 1, 1, 1, 1)
+    )
+    link = parse(answer(1, attribute(4, pack("=I", 72)), attribute(18, attribute(2, timing))))
+    assert link == CanLink(7, True, bitrate=1_000_000, mtu=72, data_bitrate=5_000_000)

@@ -42,6 +42,9 @@ class Adapter:
             text += os.read(self.master, 1000)
         return text
 
+    def heard_nothing(self) -> bool:
+        return not select.select([self.master], [], [], 0.05)[0]
+
     def unplug(self) -> None:
         if self.master >= 0:
             os.close(self.master)
@@ -126,6 +129,17 @@ def test_frames_go_out(adapter: Adapter, port: CanPort) -> None:
     adapter.heard(b"O\rO\r")
     port.write([CanFrame(0x069, b"\x01\x02"), CanFrame(0x12345, b"", extended=True)])
     assert adapter.heard(b"T000123450\r") == b"t06920102\rT000123450\r"
+
+
+def test_a_port_that_may_only_listen_sends_nothing_and_counts_it(adapter: Adapter) -> None:
+    with closing(CanPort(adapter.path, interface="slcan", listen_only=True)) as port:
+        port.open()
+        adapter.heard(b"O\rO\r")
+        port.write((CanFrame(0x123, b"\x01"), CanFrame(0x124, b"")))
+        assert port.counts["frames not to be sent"] == 2
+        assert adapter.heard_nothing()
+        adapter.say(b"t0011AA\r")
+        assert [frame.identifier for frame in port.read(1.0)] == [1]
 
 
 def test_unplugging_is_a_lost_port_and_nothing_is_printed(
