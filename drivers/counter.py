@@ -46,6 +46,9 @@ class CountedWheel:
     Such are: a pause in which the counter could have gone more than half way round; a pause in which the
     controller may have restarted, if from zero the wheel could have come to the new count; a restart that is
     known; and a jump that no wheel can do, once a second count confirms it.
+
+    Of steering, a count means the angle nearest to straight ahead that has it, whatever was before; a
+    discontinuity then says only that nobody knows how it turned meanwhile.
     """
 
     def __init__(self, role: WheelRole, scale: Scale) -> None:
@@ -56,8 +59,9 @@ class CountedWheel:
         """When the first count came, or the latest discontinuity."""
         self._name = role.name
         self._scale = scale
-        self._angle = WheelAngle(role.gear, role.fastest)
+        self._angle = WheelAngle(role.gear, role.fastest, role.steering, coarseness=0.0)
         self._fastest = role.fastest * abs(role.gear) / tau * scale.per_turn
+        self._ahead = _count_ahead(role, scale.per_turn)
         self._last: _Count | None = None
         self._rate = 0.0
         self._heard_ns: int | None = None
@@ -89,6 +93,9 @@ class CountedWheel:
             return ()
         latest = _Count(stamp_ns, count, self._unwrapped(count))
         turns = latest.unwrapped / self._scale.per_turn
+        if not self._angle.reaches(turns):
+            self.counts["angles out of range"] += 1
+            return ()
         rebased = self._restarted or self._uncertain(latest)
         advance = self._angle.advance(stamp_ns, turns, 0.0, restarted=rebased)
         if advance is None:
@@ -110,6 +117,8 @@ class CountedWheel:
         self.counts["discontinuities"] += jumped
 
     def _unwrapped(self, count: int) -> int:
+        if self._ahead is not None:
+            return self._ahead + difference(count, self._ahead, self._scale.modulus)
         if self._last is None:
             return count
         return self._last.unwrapped + difference(count, self._last.count, self._scale.modulus)
@@ -123,11 +132,17 @@ class CountedWheel:
         return 2 * reach >= self._scale.modulus or (self._gap and abs(latest.count) <= reach)
 
     def _rate_at(self, latest: _Count, jumped: bool, told: float | None) -> float:
-        if told is not None and self._angle.believable(0.0, told):
+        if told is not None and self._angle.keeps_up(told):
             return told
         if self._last is None or jumped:
             return 0.0
         if latest.stamp_ns == self._last.stamp_ns:
             return self._rate
         turns = (latest.unwrapped - self._last.unwrapped) / self._scale.per_turn
-        return turns / (latest.stamp_ns - self._last.stamp_ns) * 1e9
+        mean = turns / (latest.stamp_ns - self._last.stamp_ns) * 1e9
+        return mean if self._angle.keeps_up(mean) else self._rate  # stamps may be closer than the counts were
+
+
+def _count_ahead(role: WheelRole, per_turn: float) -> int | None:
+    """The count at which steering stands straight ahead; None for a wheel that rolls."""
+    return None if role.steering is None else round(role.steering.zero * role.gear / tau * per_turn)

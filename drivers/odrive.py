@@ -115,6 +115,11 @@ class Firmware05:
         return version is None
 
 
+NO_STEERING = (
+    "its counts begin anew at every power-up and can't tell an angle of steering: leave counts_per_turn out"
+)
+
+
 class ODriveAxis(CansimpleAxis):
     """One axis with firmware 0.5."""
 
@@ -130,6 +135,9 @@ class ODriveAxis(CansimpleAxis):
             require_between("counts_per_turn", self.counts_per_turn, 0, 1 << 24)
 
     def __init__(self, role: WheelRole, settings: Settings) -> None:
+        """Raises ValueError if its counts shall tell an angle of steering."""
         per_turn = settings.counts_per_turn
+        if per_turn and role.steering is not None:
+            raise ValueError(NO_STEERING)
         encoder = Counts(role, per_turn) if per_turn else Estimates(role)
         super().__init__(role, settings, Firmware05(), encoder)

@@ -45,7 +45,7 @@ class Estimates:
     def __init__(self, role: WheelRole) -> None:
         self.counts: Counter[str] = Counter()
         self._name = role.name
-        self._angle = WheelAngle(role.gear, role.fastest)
+        self._angle = WheelAngle(role.gear, role.fastest, role.steering)
         self._turns = 0.0
         self._zeros_ns: int | None = None
         self._gap = False

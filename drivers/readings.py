@@ -52,7 +52,19 @@ class WheelReading:
     raw: bytes = b""
 
 
-Reading = RangeReading | WheelReading
+@dataclass(frozen=True, slots=True)
+class GyroReading:
+    """How fast the robot turns."""
+
+    stamp_ns: int
+    stamp_error_ns: int
+    gyro: str
+    rate: float
+    """rad/s, counter-clockwise; the gyro's bias is in it."""
+    raw: bytes = b""
+
+
+Reading = RangeReading | WheelReading | GyroReading
 
 
 def classify(distance: float, nearest: float, farthest: float) -> tuple[Outcome, float]:

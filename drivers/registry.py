@@ -14,15 +14,20 @@ GROUP = "echogrid.devices"
 BUILT_IN: Mapping[str, str] = {
     "a02yyuw": "echogrid.drivers.a02yyuw:A02yyuw",
     "ak-servo": "echogrid.drivers.ak_servo:AkServo",
+    "cia402": "echogrid.drivers.cia402:Cia402Axis",
     "dbc": "echogrid.drivers.dbc_wheel:DbcWheel",
     "dyp-rs485": "echogrid.drivers.dyp_rs485:DypRs485",
     "ff-on-demand": "echogrid.drivers.ff_on_demand:FfOnDemand",
+    "gyro-dbc": "echogrid.drivers.gyro_dbc:GyroDbc",
+    "gyro-text": "echogrid.drivers.gyro_text:GyroText",
     "i2cxl": "echogrid.drivers.i2cxl:I2cxl",
     "iio": "echogrid.drivers.iio:Iio",
     "maxbotix": "echogrid.drivers.maxbotix:Maxbotix",
+    "moteus": "echogrid.drivers.moteus:Moteus",
     "odrive-0.5": "echogrid.drivers.odrive:ODriveAxis",
     "odrive-0.6": "echogrid.drivers.odrive06:ODrive06Axis",
     "rcwl-9620": "echogrid.drivers.rcwl9620:Rcwl9620",
+    "roboteq": "echogrid.drivers.roboteq:Roboteq",
     "srf01": "echogrid.drivers.srf01:Srf01",
     "srf02": "echogrid.drivers.srf02:Srf02",
     "srf02-serial": "echogrid.drivers.srf02_serial:Srf02Serial",
@@ -70,7 +75,7 @@ class Driver(Protocol):
         ...
 
     def __call__(self, role: Any, settings: Any) -> Device[Any, Any]:
-        """A device for that role (RangerRole or WheelRole) with these Settings."""
+        """A device for that role (RangerRole, WheelRole or GyroRole) with these Settings."""
         ...
 
 

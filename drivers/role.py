@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import Enum
+from math import pi
 
 from echogrid.drivers.throttle import Throttle
 
@@ -95,6 +96,16 @@ class RangerRole:
 
 
 @dataclass(frozen=True, slots=True)
+class Steering:
+    """Where a wheel that is turned to steer stands straight ahead, and how far it can turn from there."""
+
+    zero: float = 0.0
+    """rad behind the gear: what its encoder tells when it is straight ahead."""
+    most: float = pi
+    """rad to either side: an angle beyond is an error."""
+
+
+@dataclass(frozen=True, slots=True)
 class WheelRole:
     """A wheel's place in the robot."""
 
@@ -105,5 +116,16 @@ class WheelRole:
     """rad/s of the wheel: a quicker change is a jump."""
     throttle: Throttle | None = None
     """What the wheel shall do; None: its motor is never touched."""
+    listen_only: bool = False
+    """Nothing at all may be sent on its bus."""
+    steering: Steering | None = None
+    """It is turned to steer, and its angle is told as it is; None: it rolls."""
+
+
+@dataclass(frozen=True, slots=True)
+class GyroRole:
+    """A yaw gyro's place in the robot."""
+
+    name: str
     listen_only: bool = False
     """Nothing at all may be sent on its bus."""

@@ -28,6 +28,10 @@ BOOT_NS = 2_000_000_000
 """The status messages begin before the boot notice, which comes half a second later (main.c)."""
 MOST_NAMED = 5
 """Identifiers of other controllers in a message."""
+NO_STEERING = (
+    "a VESC's tachometer begins anew at every power-up and can't tell an angle of steering: take an absolute "
+    "encoder"
+)
 
 
 class Packet(IntEnum):
@@ -127,6 +131,9 @@ class Vesc:
             require_between("brake_amperes", self.brake_amperes, 0.0, 200.0)
 
     def __init__(self, role: WheelRole, settings: Settings) -> None:
+        """Raises ValueError if it shall tell an angle of steering."""
+        if role.steering is not None:
+            raise ValueError(NO_STEERING)
         self.name = role.name
         self._settings = settings
         per_turn = COUNTS_PER_ELECTRICAL_TURN * settings.pole_pairs

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from math import tau
 
+from echogrid.drivers.role import Steering
+
 SLACK_S = 0.020
 """Two cycles of a controller: frames read late in one go are stamped closer together than they were sent."""
 COARSENESS = 2.0**-22
@@ -19,19 +21,32 @@ class _Count:
 
 
 class WheelAngle:
-    """Turns of the encoder -> rad of the wheel, in float64. Starts at the angle that is reported."""
+    """Turns of the encoder -> rad of the wheel, in float64. Starts at the angle that is reported.
 
-    def __init__(self, gear: float, fastest: float) -> None:
+    An angle of steering is never re-baselined: whatever was before, it is what is reported.
+    """
+
+    def __init__(
+        self,
+        gear: float,
+        fastest: float,
+        steering: Steering | None = None,
+        coarseness: float = COARSENESS,
+    ) -> None:
+        """`coarseness` is that of the turns, relative to them; 0 where they are counted."""
         self._radians_per_turn = tau / gear
         self._fastest = fastest * abs(gear) / tau
-        self._zero = 0.0
+        self._steering = steering
+        self._coarseness = coarseness
+        self._zero = steering.zero / self._radians_per_turn if steering else 0.0
         self._last: _Count | None = None
         self._doubted: _Count | None = None
 
     def advance(
         self, stamp_ns: int, turns: float, rate: float, gap: bool = False, restarted: bool = False
     ) -> tuple[float, bool] | None:
-        """The angle at these turns (their rate in turns/s), and whether it was re-baselined with zero motion.
+        """The angle at these turns (their rate in turns/s), and whether it was re-baselined with zero motion;
+        of steering, whether nobody knows how it turned since the last call.
 
         `restarted`: the controller has zeroed its count since the last call. `gap`: it may have.
         None: the wheel cannot have turned so far; the next call tells whether it was a jump or an error.
@@ -44,7 +59,7 @@ class WheelAngle:
                 self._doubted = count
                 return None
             jumped = True
-        if last is not None and jumped:
+        if last is not None and jumped and self._steering is None:
             self._zero += turns - last.turns
         self._last = count
         return (turns - self._zero) * self._radians_per_turn, jumped
@@ -55,14 +70,24 @@ class WheelAngle:
 
     def believable(self, turns: float, rate: float) -> bool:
         """Whether an encoder could have sent this: finer than whole turns, at a rate near the possible."""
-        return abs(turns) < 1 << 23 and abs(rate) <= 2 * self._fastest
+        return abs(turns) < 1 << 23 and self.reaches(turns) and self.keeps_up(rate)
+
+    def keeps_up(self, rate: float) -> bool:
+        """Whether the rate (turns/s) is near the possible."""
+        return abs(rate) <= 2 * self._fastest
+
+    def reaches(self, turns: float) -> bool:
+        """Whether it can stand there: a wheel can anywhere, steering only so far from straight ahead."""
+        if self._steering is None:
+            return True
+        return abs((turns - self._zero) * self._radians_per_turn) <= self._steering.most
 
     def precedes(self, stamp_ns: int) -> bool:
         """Whether the last count is not newer than this."""
         return self._last is None or self._last.stamp_ns <= stamp_ns
 
     def _possible(self, last: _Count, count: _Count) -> bool:
-        most = self._fastest * (_seconds(last, count) + SLACK_S) + abs(count.turns) * COARSENESS
+        most = self._fastest * (_seconds(last, count) + SLACK_S) + abs(count.turns) * self._coarseness
         return abs(count.turns - last.turns) <= most
 
 

@@ -38,6 +38,10 @@ class Faults:
         self.next_end_ns = NEVER_NS
         """When the next one ends by itself."""
 
+    def add(self, name: str, verb: Verb) -> None:
+        """Let there be one more."""
+        self.verbs = {**self.verbs, name: verb}
+
     def begin(self, verb: str, now_ns: int, for_ns: int | None) -> None:
         """Begin a fault. Raises UnknownVerbError."""
         if verb not in self.verbs:

@@ -8,15 +8,21 @@ from typing import Any, Generic, TypeVar, get_args
 
 from echogrid.emulation.devices.a02yyuw import A02yyuwOptions, A02yyuwSensor
 from echogrid.emulation.devices.ak_servo import AkServo, AkServoOptions
+from echogrid.emulation.devices.cia402 import Cia402Drive, Cia402Options
 from echogrid.emulation.devices.device import EmulatedDevice
 from echogrid.emulation.devices.dyp_rs485 import DypRs485Options, DypRs485Sensor
 from echogrid.emulation.devices.ff_on_demand import FfOnDemandOptions, FfOnDemandSensor
+from echogrid.emulation.devices.gyro_dbc import GyroDbc, GyroDbcOptions
+from echogrid.emulation.devices.gyro_text import GyroText, GyroTextOptions
 from echogrid.emulation.devices.i2cxl import I2cxlChip, I2cxlOptions
 from echogrid.emulation.devices.iio_ranger import IioOptions, iio_ranger
 from echogrid.emulation.devices.maxbotix import MaxbotixOptions, MaxbotixSensor
+from echogrid.emulation.devices.moteus import Moteus, MoteusOptions
 from echogrid.emulation.devices.odrive import ODriveAxis, ODriveOptions
 from echogrid.emulation.devices.odrive06 import ODrive06Axis, ODrive06Options
 from echogrid.emulation.devices.rcwl9620 import Rcwl9620Chip, Rcwl9620Options
+from echogrid.emulation.devices.roboteq import roboteq
+from echogrid.emulation.devices.roboteq_counter import RoboteqOptions
 from echogrid.emulation.devices.srf01 import Srf01Options, Srf01Sensor
 from echogrid.emulation.devices.srf02 import Srf02Chip, Srf02Options
 from echogrid.emulation.devices.srf02_serial import Srf02SerialOptions, Srf02SerialSensor
@@ -104,7 +110,15 @@ WHEELS: Mapping[str, Model[Callable[[int], float]]] = {
     "odrive-0.5": Model("can", ODriveAxis, ODriveOptions),
     "odrive-0.6": Model("can", ODrive06Axis, ODrive06Options),
     "ak-servo": Model("can", AkServo, AkServoOptions),
+    "moteus": Model("can", Moteus, MoteusOptions),
+    "cia402": Model("can", Cia402Drive, Cia402Options),
+    "roboteq": Model("can", roboteq, RoboteqOptions),
     "vesc": Model("can", Vesc, VescOptions),
+}
+
+GYROS: Mapping[str, Model[Callable[[int], float]]] = {
+    "gyro-text": Model("serial", GyroText, GyroTextOptions),
+    "gyro-dbc": Model("can", GyroDbc, GyroDbcOptions),
 }
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from echogrid.emulation.circuit import Circuit
 from echogrid.emulation.floor_plan import FloorPlan
 from echogrid.emulation.motion import Tour
 from echogrid.emulation.world import World
@@ -86,6 +87,20 @@ _WAYPOINTS = (
     (13.0, 5.05),
 )
 _LOOK_AROUND = frozenset({2, 4, 8, 11, 17, 20, 23})
+_CORNERS = (
+    (8.0, 5.05),
+    (12.1, 5.05),
+    (12.1, 6.7),
+    (7.5, 6.7),
+    (7.5, 7.9),
+    (3.9, 7.9),
+    (3.9, 5.05),
+    (2.5, 5.05),
+    (2.5, 1.7),
+    (6.9, 1.7),
+    (6.9, 5.05),
+)
+_CORNER_RADIUS = 0.5
 
 
 def office() -> World:
@@ -100,6 +115,12 @@ def office() -> World:
     )
 
 
-def office_tour() -> Tour:
-    """A round through the corridor and every room for a robot of radius 0.25 m."""
-    return Tour(_WAYPOINTS, _LOOK_AROUND)
+def office_tour(pause: float = 0.0) -> Tour:
+    """A round through the corridor and every room for a robot of radius 0.25 m, which stands for so long (s)
+    before each line and each turn."""
+    return Tour(_WAYPOINTS, _LOOK_AROUND, pause=pause)
+
+
+def office_circuit() -> Circuit:
+    """A round through the corridor and every room with two doors, for a robot that can't turn in place."""
+    return Circuit(_CORNERS, _CORNER_RADIUS)

@@ -17,16 +17,20 @@ from echogrid.emulation.devices.device import EmulatedDevice
 from echogrid.emulation.devices.i2c_chip import I2cChip
 from echogrid.emulation.devices.iio_device import IioDevice
 from echogrid.emulation.devices.serial_device import SerialDevice
+from echogrid.emulation.devices.shaft import Shaft
+from echogrid.emulation.devices.slip import SlippingShaft
 from echogrid.emulation.devices.surroundings import Surroundings
 from echogrid.emulation.errors import RobotSpecError, UnknownNameError
-from echogrid.emulation.faults import ActiveFault, Fallible
-from echogrid.emulation.models import RANGERS, WHEELS, Model, did_you_mean
+from echogrid.emulation.faults import ActiveFault, Fallible, Verb
+from echogrid.emulation.models import GYROS, RANGERS, WHEELS, Model, did_you_mean
 from echogrid.emulation.wires.memory import MemoryPort
 
 _CAN_RATE = 500_000
 _I2C_RATE = 100_000
 _NAME = re.compile(r"(?!control$)\w[\w-]*", re.ASCII)
 """Fit for a file name, and not that of the control socket."""
+
+_SIDES = ("left", "right", "drive", "steering")
 
 Sensed = TypeVar("Sensed")
 Part = TypeVar("Part")
@@ -64,29 +68,41 @@ class WheelSpec:
     model: str
     bus: str
     side: str
-    """"left" or "right"."""
+    """"left" or "right"; of a steered robot "drive" or "steering"."""
     options: Mapping[str, int | float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
+class GyroSpec:
+    """A yaw gyro."""
+
+    name: str
+    model: str
+    bus: str
+    options: Mapping[str, int | float | str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
 class RobotSpec:
-    """A robot on two wheels."""
+    """A robot on two wheels, or a steered one."""
 
     wheel_radius: float
     """m."""
     track: float
-    """m, between the wheels."""
+    """m, between the wheels; of a steered robot from axle to axle."""
     buses: tuple[BusSpec, ...]
     rangers: tuple[RangerSpec, ...]
     wheels: tuple[WheelSpec, ...]
+    gyros: tuple[GyroSpec, ...] = ()
 
 
 class EmulatedRobot:
     """The buses and devices of a robot.
 
     `surroundings_of` gives what a ranger has around it, `shaft_of` the true angle (rad) of the wheel on a
-    side as a function of time (ns), or its Shaft if its motor shall turn it. Its devices have no power before
-    `switch_on`, which `ports` and the server call.
+    side as a function of time (ns), or its Shaft if its motor shall turn it, `yaw_rate` how fast the robot
+    turns (rad/s) then. Each wheel has a fault `slip` besides those of its controller. Its devices have no
+    power before `switch_on`, which `ports` and the server call.
     """
 
     def __init__(
@@ -95,6 +111,7 @@ class EmulatedRobot:
         surroundings_of: Callable[[RangerSpec], Surroundings],
         shaft_of: Callable[[str], Callable[[int], float]],
         *,
+        yaw_rate: Callable[[int], float] = lambda _: 0.0,
         seed: int = 0,
     ) -> None:
         """Raises RobotSpecError, which is a ValueError, if such a robot cannot be."""
@@ -104,10 +121,9 @@ class EmulatedRobot:
         rangers = {
             ranger.name: self._build(ranger, RANGERS, surroundings_of(ranger)) for ranger in spec.rangers
         }
-        wheels = {
-            wheel.name: self._build(wheel, WHEELS, _shaft_on(wheel.side, shaft_of)) for wheel in spec.wheels
-        }
-        self._devices: dict[str, EmulatedDevice] = {**rangers, **wheels}
+        wheels = {wheel.name: self._wheel(wheel, _shaft_on(wheel.side, shaft_of)) for wheel in spec.wheels}
+        gyros = {gyro.name: self._build(gyro, GYROS, yaw_rate) for gyro in spec.gyros}
+        self._devices: dict[str, EmulatedDevice] = {**rangers, **wheels, **gyros}
         self.buses = {bus.name: self._build_bus(bus) for bus in spec.buses}
 
     def switch_on(self, now_ns: int) -> None:
@@ -155,8 +171,16 @@ class EmulatedRobot:
     def _fallible(self) -> dict[str, Fallible]:
         return {**self._devices, **self.buses}
 
+    def _wheel(self, spec: WheelSpec, shaft: Callable[[int], float]) -> EmulatedDevice:
+        """The controller of a wheel that may slip."""
+        slipping = SlippingShaft(Shaft.of(shaft))
+        angle: Callable[[int], float] = slipping
+        device = self._build(spec, WHEELS, angle)
+        device.faults.add("slip", Verb(slipping.lose_grip, slipping.grip))
+        return device
+
     def _build(
-        self, part: RangerSpec | WheelSpec, models: Mapping[str, Model[Sensed]], sensed: Sensed
+        self, part: RangerSpec | WheelSpec | GyroSpec, models: Mapping[str, Model[Sensed]], sensed: Sensed
     ) -> EmulatedDevice:
         model = models.get(part.model)
         if model is None:
@@ -171,7 +195,8 @@ class EmulatedRobot:
         return model.build(part.name, sensed, Random(f"{self._seed}/{part.name}"), part.options)
 
     def _build_bus(self, spec: BusSpec) -> SerialLine | CanBus | I2cBus | IioBus:
-        places = [(part.name, part.bus) for parts in (self.spec.rangers, self.spec.wheels) for part in parts]
+        kinds = (self.spec.rangers, self.spec.wheels, self.spec.gyros)
+        places = [(part.name, part.bus) for parts in kinds for part in parts]
         devices = [self._devices[name] for name, bus in places if bus == spec.name]
         if spec.kind == "can":
             nodes = [device for device in devices if isinstance(device, CanNode)]
@@ -187,14 +212,15 @@ class EmulatedRobot:
 
 
 def _shaft_on(side: str, shaft_of: Callable[[str], Callable[[int], float]]) -> Callable[[int], float]:
-    if side not in ("left", "right"):
-        raise RobotSpecError(f"no wheel on the side {side!r} (there are: left, right)")
+    if side not in _SIDES:
+        raise RobotSpecError(f"no wheel on the side {side!r} (there are: {', '.join(_SIDES)})")
     return shaft_of(side)
 
 
 def _require_names(spec: RobotSpec) -> None:
     seen: set[str] = set()
-    for name in [part.name for parts in (spec.buses, spec.rangers, spec.wheels) for part in parts]:
+    kinds = (spec.buses, spec.rangers, spec.wheels, spec.gyros)
+    for name in [part.name for parts in kinds for part in parts]:
         if not _NAME.fullmatch(name):
             raise RobotSpecError(f"{name!r} is not a name (letters, digits, '_', '-'; not \"control\")")
         if name in seen:

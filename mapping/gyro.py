@@ -3,7 +3,7 @@
 from bisect import bisect_left, bisect_right
 
 _KEEP_NS = 10_000_000_000
-_WIDEST_GAP_NS = 250_000_000
+WIDEST_GAP_NS = 250_000_000
 """Rates further apart say nothing of what was between."""
 _FEWEST_S = 0.5
 """Standing for so long shows the bias."""
@@ -65,7 +65,7 @@ class Gyro:
             after - before
             for before, after in zip(stamps[first:last], stamps[first + 1 : last + 1], strict=True)
         )
-        if max(gaps) > _WIDEST_GAP_NS:
+        if max(gaps) > WIDEST_GAP_NS:
             return None
         return self._sum_at(end_ns) - self._sum_at(start_ns)
 

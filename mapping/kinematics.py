@@ -7,7 +7,7 @@ way ahead and turn.
 
 from dataclasses import dataclass, replace
 from math import cos, sin, tan
-from typing import Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +37,19 @@ Angles = tuple[float, float]
 """Of the two encoders that a drive has, absolute and unwrapped, rad."""
 
 
+class Wheels(NamedTuple):
+    """What the two encoders of a drive are called."""
+
+    first: str
+    second: str
+    steered: bool
+    """The second tells an angle of steering, and the first the only way."""
+
+
 class Kinematics(Protocol):
     """A kind of drive."""
+
+    wheels: ClassVar[Wheels]
 
     def motion(self, before: Angles, after: Angles) -> Motion:
         """The motion between the encoders' angles."""
@@ -51,6 +62,8 @@ class Differential:
 
     base_link is in the middle between them.
     """
+
+    wheels: ClassVar[Wheels] = Wheels("left", "right", steered=False)
 
     left_radius: float
     right_radius: float
@@ -70,7 +83,6 @@ class Differential:
             (of_right + of_left) / self.track**2,
             (of_right - of_left) / (2.0 * self.track),
         )
-
 
     def rates(self, speed: float, turn_rate: float) -> tuple[float, float]:
         """The rates (rad/s) of the left and the right wheel for a speed (m/s) and a turn rate (rad/s)."""
@@ -95,6 +107,8 @@ class _Steered:
     ahead, positive steers to the left. Its variance over a way is `steering_spread` (rad^2 m) by that way, so
     that it does not matter into how many steps a way is cut.
     """
+
+    wheels: ClassVar[Wheels] = Wheels("drive", "steering", steered=True)
 
     radius: float
     wheelbase: float

@@ -1,6 +1,6 @@
 """Dead reckoning: the pose and its covariance, from motions one after the other."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import cos, sin
 
 import numpy as np
@@ -94,23 +94,28 @@ class Odometry:
         """
         if self._last is not None:
             last_ns, before = self._last
-            motion = self.kinematics.motion(before, angles)
-            self._move(last_ns, stamp_ns, self._lost(stamp_ns - last_ns) if restarted else motion)
+            self._move(last_ns, stamp_ns, self.kinematics.motion(before, angles), restarted)
         self._last = stamp_ns, angles
         return self.pose
 
-    def _move(self, start_ns: int, end_ns: int, motion: Motion) -> None:
+    def _move(self, start_ns: int, end_ns: int, motion: Motion, restarted: bool) -> None:
         interval_ns = end_ns - start_ns
         if self._gaps.is_gap(interval_ns):
             motion = motion.less_sure(_GAP_DOUBT)
         if self.yaw_fusion is not None:
             motion = self.yaw_fusion.fused(start_ns, end_ns, motion)
+        if restarted:
+            motion = self._doubted(motion, interval_ns)
         self.covariance = propagate(self.covariance, self.pose, motion)
         self.pose = arc_step(self.pose, motion)
         self.travelled += abs(motion.forward)
         self._speed = motion.forward / interval_ns, motion.turn / interval_ns
 
-    def _lost(self, interval_ns: int) -> Motion:
-        """No motion, with what it may have been."""
+    def _doubted(self, motion: Motion, interval_ns: int) -> Motion:
+        """The motion, with what it may have been. The pose is also that of a log which tells no restarts."""
         forward, turn = (speed * interval_ns for speed in self._speed)
-        return Motion(0.0, 0.0, forward**2, turn**2)
+        return replace(
+            motion,
+            forward_variance=motion.forward_variance + forward**2,
+            turn_variance=motion.turn_variance + turn**2,
+        )

@@ -4,6 +4,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from echogrid.drivers.readings import WheelReading
+from echogrid.mapping.kinematics import Angles, Differential, Wheels
 
 
 @dataclass(frozen=True, slots=True)
@@ -11,47 +12,70 @@ class WheelAngles:
     """Both wheels at one moment: absolute, unwrapped angles in rad."""
 
     stamp_ns: int
-    left: float
-    right: float
+    first: float
+    """Of the left wheel or, of a steered drive, the driven one."""
+    second: float
+    """Of the right wheel, or of the steering."""
     restarted: bool = False
     """They were led on with zero motion from the last pair: a wheel jumped since."""
 
+    @property
+    def both(self) -> Angles:
+        """The angles alone."""
+        return self.first, self.second
+
 
 class WheelPair:
-    """Gives both wheels' angles at the left one's stamps, the right one's interpolated.
+    """Gives both wheels' angles at the first one's stamps, the second one's interpolated.
 
-    A left reading waits for a right one that is not earlier; it is dropped, and counted in `unpaired`, where
-    the right ones around it are further apart than `widest_gap_ns`, or were never seen. Either wheel's
-    readings come in order, but one wheel's may come in a bunch after the other's.
+    A reading of the first waits for one of the second that is not earlier; it is dropped, and counted in
+    `unpaired`, where the second's around it are further apart than `widest_gap_ns`, or were never seen.
+    Either wheel's readings come in order, but one wheel's may come in a bunch after the other's.
 
     After a discontinuity of one wheel nobody knows what it turned meanwhile, while the other one went on
     counting: taken together they would turn the robot. So the pair goes on where it was, with zero motion of
-    both wheels, and `restarts` counts it.
+    both wheels, and `restarts` counts it. An angle of steering is absolute: it is never led on, and it has no
+    restarts.
     """
 
-    def __init__(self, widest_gap_ns: int = 250_000_000, most_waiting: int = 256) -> None:
+    def __init__(
+        self,
+        wheels: Wheels = Differential.wheels,
+        widest_gap_ns: int = 250_000_000,
+        most_waiting: int = 256,
+    ) -> None:
         self.unpaired = 0
         self.restarts = 0
+        self._wheels = wheels
         self._widest_gap_ns = widest_gap_ns
         self._most_waiting = most_waiting
         self._waiting: deque[WheelReading] = deque()
-        self._rights: deque[WheelReading] = deque(maxlen=most_waiting)
+        self._seconds: deque[WheelReading] = deque(maxlen=most_waiting)
         self._jumps_ns: deque[int] = deque(maxlen=most_waiting)
         self._given: WheelAngles | None = None
         self._lead = (0.0, 0.0)
 
-    def left(self, reading: WheelReading) -> None:
-        """Take a reading of the left wheel."""
-        self._note_jump(reading)
+    def take(self, reading: WheelReading) -> list[WheelAngles]:
+        """Take a reading of either wheel; the pairs which it completes, in order."""
+        second = reading.wheel == self._wheels.second
+        if reading.discontinuity and not (second and self._wheels.steered):
+            self._jumps_ns.append(reading.stamp_ns)
+        return self._take_second(reading) if second else self._take_first(reading)
+
+    @property
+    def waiting(self) -> int:
+        """How many of the first wheel's readings have no partner yet."""
+        return len(self._waiting)
+
+    def _take_first(self, reading: WheelReading) -> list[WheelAngles]:
         self._waiting.append(reading)
         if len(self._waiting) > self._most_waiting:
             self._waiting.popleft()
             self.unpaired += 1
+        return []
 
-    def right(self, reading: WheelReading) -> list[WheelAngles]:
-        """Take a reading of the right wheel; the pairs which it completes, in order."""
-        self._note_jump(reading)
-        self._rights.append(reading)
+    def _take_second(self, reading: WheelReading) -> list[WheelAngles]:
+        self._seconds.append(reading)
         pairs = []
         while self._waiting and self._waiting[0].stamp_ns <= reading.stamp_ns:
             angles = self._paired(self._waiting.popleft())
@@ -61,15 +85,6 @@ class WheelPair:
                 pairs.append(self._continued(angles))
         return pairs
 
-    @property
-    def waiting(self) -> int:
-        """How many left readings have no partner yet."""
-        return len(self._waiting)
-
-    def _note_jump(self, reading: WheelReading) -> None:
-        if reading.discontinuity:
-            self._jumps_ns.append(reading.stamp_ns)
-
     def _continued(self, raw: WheelAngles) -> WheelAngles:
         """The angles, led on from the last pair where a wheel jumped since."""
         jumped = [stamp_ns for stamp_ns in self._jumps_ns if stamp_ns <= raw.stamp_ns]
@@ -77,25 +92,26 @@ class WheelPair:
             self._jumps_ns = deque(set(self._jumps_ns) - set(jumped), self._jumps_ns.maxlen)
             self.restarts += 1
             if self._given is not None:
-                self._lead = self._given.left - raw.left, self._given.right - raw.right
-        lead_left, lead_right = self._lead
-        self._given = WheelAngles(raw.stamp_ns, raw.left + lead_left, raw.right + lead_right, bool(jumped))
+                second = 0.0 if self._wheels.steered else self._given.second - raw.second
+                self._lead = self._given.first - raw.first, second
+        first, second = self._lead
+        self._given = WheelAngles(raw.stamp_ns, raw.first + first, raw.second + second, bool(jumped))
         return self._given
 
-    def _paired(self, left: WheelReading) -> WheelAngles | None:
-        """With the right wheel's angle at that moment, if the newest right reading is not earlier."""
-        rights = self._rights
-        while len(rights) > 1 and rights[1].stamp_ns <= left.stamp_ns:
-            rights.popleft()
-        before = rights[0]
-        if left.stamp_ns == before.stamp_ns:
-            return WheelAngles(left.stamp_ns, left.angle, before.angle)
-        if left.stamp_ns < before.stamp_ns:
+    def _paired(self, first: WheelReading) -> WheelAngles | None:
+        """With the second wheel's angle at that moment, if its newest reading is not earlier."""
+        seconds = self._seconds
+        while len(seconds) > 1 and seconds[1].stamp_ns <= first.stamp_ns:
+            seconds.popleft()
+        before = seconds[0]
+        if first.stamp_ns == before.stamp_ns:
+            return WheelAngles(first.stamp_ns, first.angle, before.angle)
+        if first.stamp_ns < before.stamp_ns:
             return None
-        after = rights[1]
+        after = seconds[1]
         gap_ns = after.stamp_ns - before.stamp_ns
         if gap_ns > self._widest_gap_ns or after.discontinuity:
             return None
-        fraction = (left.stamp_ns - before.stamp_ns) / gap_ns
-        right = before.angle + fraction * (after.angle - before.angle)
-        return WheelAngles(left.stamp_ns, left.angle, right)
+        fraction = (first.stamp_ns - before.stamp_ns) / gap_ns
+        second = before.angle + fraction * (after.angle - before.angle)
+        return WheelAngles(first.stamp_ns, first.angle, second)

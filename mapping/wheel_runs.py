@@ -1,13 +1,14 @@
-"""A differential drive's true measures, from runs whose ends were measured on the floor."""
+"""A drive's true measures, from runs whose ends were measured on the floor."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import hypot, nan, pi, radians, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from echogrid.mapping.kinematics import Differential
+from echogrid.mapping.kinematics import Ackermann, Differential, Kinematics, Tricycle
 from echogrid.mapping.umbmark import corrections, worst_error
 
 Point = tuple[float, float]
@@ -24,7 +25,7 @@ class WheelRun:
     """What the wheels turned on a run, and where it ended."""
 
     angles: NDArray[np.float64]
-    """(n, 2) float64: left and right, absolute and unwrapped, rad."""
+    """(n, 2) float64: of both encoders, absolute and unwrapped, rad."""
     end: Point = (0.0, 0.0)
     """m from the start, x the way the robot first looked, y to its left; truly, by a tape measure."""
 
@@ -60,10 +61,9 @@ class SquareErrors:
         return worst_error(self.clockwise, self.counterclockwise)
 
 
-def dead_reckoned(run: WheelRun, drive: Differential) -> End:
-    """The end of a run by exact arcs, as `Odometry` would have it, for all steps at once."""
-    left, right = (np.diff(run.angles, axis=0) * (drive.left_radius, drive.right_radius)).T
-    forward, turn = (left + right) / 2.0, (right - left) / drive.track
+def dead_reckoned(run: WheelRun, drive: Kinematics) -> End:
+    """The end of a run by exact arcs, as `Odometry` would have it."""
+    forward, turn = _steps(run, drive)
     heading = np.cumsum(turn) - turn / 2.0
     chord = forward * np.sinc(turn / (2.0 * pi))
     return End(
@@ -72,6 +72,16 @@ def dead_reckoned(run: WheelRun, drive: Differential) -> End:
         float(turn.sum()),
         float(abs(forward).sum()),
     )
+
+
+def _steps(run: WheelRun, drive: Kinematics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Ways ahead and turns from row to row; of a differential drive, whose squares are many, all at once."""
+    if isinstance(drive, Differential):
+        left, right = (np.diff(run.angles, axis=0) * (drive.left_radius, drive.right_radius)).T
+        return (left + right) / 2.0, (right - left) / drive.track
+    rows: list[tuple[float, float]] = [(first, second) for first, second in run.angles.tolist()]
+    motions = [drive.motion(before, after) for before, after in pairwise(rows)]
+    return np.array([each.forward for each in motions]), np.array([each.turn for each in motions])
 
 
 def is_square(end: End) -> bool:
@@ -120,8 +130,29 @@ def from_squares(runs: Sequence[WheelRun], drive: Differential) -> Differential:
     return drive
 
 
-def straight_scale(runs: Sequence[WheelRun], drive: Differential) -> float:
-    """The factor of both radii with which straight runs are, on average, as long as they were.
+def straight_zero(runs: Sequence[WheelRun], drive: Tricycle | Ackermann) -> float:
+    """rad: what the steering told, on average, while these runs went straight ahead.
+
+    With it taken off, they end looking as they did at first, all in all. Raises ValueError when the wheels
+    stood still.
+    """
+    zero = 0.0
+    for _ in range(_ROUNDS):
+        ends = [dead_reckoned(with_zero(run, zero), drive) for run in runs]
+        way = sum(end.travelled for end in ends)
+        if way <= 0.0:
+            raise ValueError("the wheels did not turn")
+        zero += sum(end.turned for end in ends) * drive.wheelbase / way
+    return zero
+
+
+def with_zero(run: WheelRun, zero: float) -> WheelRun:
+    """The run of a steered drive, its steering counted from another zero (rad)."""
+    return replace(run, angles=run.angles - (0.0, zero))
+
+
+def straight_scale(runs: Sequence[WheelRun], drive: Kinematics) -> float:
+    """The factor of the radii with which straight runs are, on average, as long as they were.
 
     Raises ValueError when the wheels stood still.
     """
@@ -132,7 +163,7 @@ def straight_scale(runs: Sequence[WheelRun], drive: Differential) -> float:
     return sum(hypot(*run.end) for run in runs) / reckoned
 
 
-def straight_error(runs: Sequence[WheelRun], drive: Differential) -> float:
+def straight_error(runs: Sequence[WheelRun], drive: Kinematics) -> float:
     """m: by how much, rms, the odometry of straight runs misses their length."""
     ends = [dead_reckoned(run, drive) for run in runs]
     missed = [hypot(*run.end) - hypot(end.x, end.y) for run, end in zip(runs, ends, strict=True)]

@@ -4,7 +4,7 @@ from collections import deque
 from dataclasses import replace
 from math import radians
 
-from echogrid.mapping.gyro import Gyro
+from echogrid.mapping.gyro import WIDEST_GAP_NS, Gyro
 from echogrid.mapping.kinematics import Motion
 
 _MISMATCH = radians(0.5)
@@ -26,6 +26,11 @@ class YawFusion:
 
     def __init__(self, gyro: Gyro, noise: float) -> None:
         self.gyro = gyro
+        self.slips = 0
+        """How often the wheels began to slip."""
+        self.slipped_ns = 0
+        """For how long they did."""
+        self._slipped = False
         self._noise = noise
         self._window: deque[tuple[int, float]] = deque()
         self._standing_ns = 0
@@ -42,19 +47,27 @@ class YawFusion:
         turned = self.gyro.turned(start_ns, end_ns) if self.gyro.settled else None
         if turned is None:
             self._window.clear()
+            self._slipped = False
             return motion
         self._window.append((end_ns, motion.turn - turned))
         while self._window[0][0] <= end_ns - _WINDOW_NS:
             self._window.popleft()
+        self._count_slip(end_ns - start_ns)
         variance = self._noise * (end_ns - start_ns) * 1e-9
-        if self.slipping:
+        if self._slipped:
             doubt = motion.forward_variance * _SLIP_DOUBT
             return Motion(motion.forward, turned, doubt, variance)
         return _corrected(motion, turned, variance)
 
+    def _count_slip(self, interval_ns: int) -> None:
+        before, self._slipped = self._slipped, self.slipping
+        self.slips += self._slipped and not before
+        self.slipped_ns += interval_ns if self._slipped else 0
+
     def _look_for_bias(self, start_ns: int, end_ns: int, motion: Motion) -> None:
         seconds = (end_ns - start_ns) * 1e-9
         slow = abs(motion.forward) < _STANDING[0] * seconds and abs(motion.turn) < _STANDING[1] * seconds
+        slow = slow and end_ns - start_ns <= WIDEST_GAP_NS  # Meanwhile a wheel may have restarted.
         if slow and self._standing_ns >= _SETTLE_NS:
             self.gyro.stood(start_ns, end_ns)
         self._standing_ns = self._standing_ns + end_ns - start_ns if slow else 0

@@ -1,11 +1,13 @@
 """From a configuration to the parts of a run: one place where they are put together."""
 
+from math import radians
 from typing import Any
 
 from echogrid.drivers.device import BusLine
 from echogrid.mapping.bayes import BayesGrid
 from echogrid.mapping.grid import GridGeometry
-from echogrid.mapping.kinematics import Differential, skid_steer
+from echogrid.mapping.gyro import Gyro
+from echogrid.mapping.kinematics import Ackermann, Differential, Tricycle, skid_steer
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.long_term_map import LongTermMap
 from echogrid.mapping.lookout import Lookout
@@ -16,6 +18,7 @@ from echogrid.mapping.pose_buffer import PoseBuffer
 from echogrid.mapping.stop_layer import StopLayer, StopZone
 from echogrid.mapping.verification import Believer, Verifier
 from echogrid.mapping.virtual_sensor import Sight, VirtualSensor
+from echogrid.mapping.yaw_fusion import YawFusion
 from echogrid.runtime.config import Config
 from echogrid.runtime.errors import ConfigError, UsageError
 from echogrid.runtime.fusion import Fusion
@@ -27,6 +30,8 @@ MAP_LIMIT = 4.6
 MOST_CELLS = 4e7
 """A map of 120 MB."""
 SECOND_NS = 1_000_000_000
+
+Drive = Differential | Tricycle | Ackermann
 
 
 def parts(config: Config) -> tuple[list[BusLine[Any, Any]], Fusion]:
@@ -112,9 +117,24 @@ def pose_gap_ns(config: Config) -> int:
     return round(config.map.pose_gap_s * SECOND_NS)
 
 
-def drive(config: Config) -> Differential:
+def drive(config: Config) -> Drive:
     """What the wheels say of the robot's motion. Raises ConfigError without the wheels' measures."""
     robot = config.robot
+    if robot.drive == "differential":
+        return differential(config, "wheel odometry")
+    if robot.wheel_radius_m is None or robot.wheelbase_m is None:
+        raise ConfigError([(("robot",), "`wheel_radius_m` and `wheelbase_m` are needed for wheel odometry")])
+    kind = Tricycle if robot.drive == "tricycle" else Ackermann
+    spread, steering_spread = (robot.wheel_error_mm * 1e-3) ** 2, radians(robot.steering_error_deg) ** 2
+    return kind(robot.wheel_radius_m, robot.wheelbase_m, spread, steering_spread)
+
+
+def differential(config: Config, purpose: str) -> Differential:
+    """The same of a differential drive. Raises ConfigError for another one, with what it is needed for."""
+    robot = config.robot
+    if robot.drive != "differential":
+        found = f'`drive` is "{robot.drive}": {purpose} needs a differential one'
+        raise ConfigError([(("robot", "drive"), found)])
     if robot.wheel_radius_m is None or robot.track_m is None:
         raise ConfigError([(("robot",), "`wheel_radius_m` and `track_m` are needed for wheel odometry")])
     left = robot.wheel_radius_m * 2.0 / (robot.wheel_ratio + 1.0)
@@ -124,5 +144,6 @@ def drive(config: Config) -> Differential:
 
 
 def odometry(config: Config) -> Odometry:
-    """Dead reckoning. Raises ConfigError without the wheels' measures."""
-    return Odometry(drive(config))
+    """Dead reckoning, with the gyro if there is one. Raises ConfigError without the wheels' measures."""
+    gyros = [YawFusion(Gyro(), radians(gyro.turn_error_deg) ** 2) for gyro in config.gyro]
+    return Odometry(drive(config), gyros[0] if gyros else None)

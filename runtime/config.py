@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from math import radians
 from typing import Any, Literal
 
+from echogrid.mapping.kinematics import Differential, Tricycle, Wheels
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sonar_model import Form, NoEcho
@@ -22,7 +23,7 @@ class RobotConfig:
 
     name: str = "robot"
     wheel_radius_m: float | None = None
-    """The mean of both."""
+    """The mean of both; of a steered drive the driven wheel's."""
     track_m: float | None = None
     wheel_ratio: float = 1.0
     """The right wheel's radius over the left one's."""
@@ -30,15 +31,27 @@ class RobotConfig:
     """Skid-steer: the effective track over the measured one."""
     wheel_error_mm: float = 5.0
     """The standard deviation of a wheel's way after 1 m; it grows with the root of the way."""
+    drive: Literal["differential", "tricycle", "ackermann"] = "differential"
+    wheelbase_m: float | None = None
+    """Steered drives: from the axle that is not steered to the steered wheel."""
+    steering_error_deg: float = 1.0
+    """Steered drives: the standard deviation of the mean steering angle over a way of 1 m."""
     air_temperature_c: float = 20.0
 
     def __post_init__(self) -> None:
-        for name, value in (("wheel_radius_m", self.wheel_radius_m), ("track_m", self.track_m)):
+        for name in ("wheel_radius_m", "track_m", "wheelbase_m"):
+            value = getattr(self, name)
             _require(value is None or 0.001 <= value <= 100, f"`{name}` must lie in 0.001...100")
         _require(0.5 <= self.wheel_ratio <= 2, "`wheel_ratio` must lie in 0.5...2")
         _require(0.5 <= self.slip_factor <= 10, "`slip_factor` must lie in 0.5...10")
         _require(0 < self.wheel_error_mm <= 1000, "`wheel_error_mm` must lie in 0...1000")
+        _require(0 < self.steering_error_deg <= 90, "`steering_error_deg` must lie in 0...90")
         _require(-40 <= self.air_temperature_c <= 85, "`air_temperature_c` must lie in -40...85")
+
+    @property
+    def wheels(self) -> Wheels:
+        """What its two [[wheel]]s are called."""
+        return Differential.wheels if self.drive == "differential" else Tricycle.wheels
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,19 +105,44 @@ class SensorConfig:
 
 @dataclass(frozen=True, slots=True)
 class WheelConfig:
-    """[[wheel]]: a driven wheel's encoder."""
+    """[[wheel]]: the encoder of a wheel that is driven, or steered."""
 
-    name: Literal["left", "right"]
+    name: Literal["left", "right", "drive", "steering"]
     driver: str
     bus: str
     gear: float = 1.0
     """Turns of the encoder for one of the wheel; negative if it counts backwards."""
     fastest_rad_s: float = 100.0
+    zero_deg: float = 0.0
+    """Of steering: what is told, behind the gear, when it is straight ahead."""
+    most_deg: float | None = None
+    """Of steering: how far it can turn to either side; by default 180, with "ackermann" 80."""
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         _require(1e-4 <= abs(self.gear) <= 1e4, "`gear` must lie in 0.0001...10000, or below 0 as far")
         _require(0 < self.fastest_rad_s <= 1e5, "`fastest_rad_s` must lie in 0...100000")
+        _require(abs(self.zero_deg) <= 36_000, "`zero_deg` must lie in -36000...36000")
+        _require(self.most_deg is None or 0 < self.most_deg <= 180, "`most_deg` must lie in 0...180")
+        for name, value in (("zero_deg", self.zero_deg), ("most_deg", self.most_deg)):
+            _require(not value or self.name == "steering", f"`{name}` is for the wheel named `steering`")
+
+
+@dataclass(frozen=True, slots=True)
+class GyroConfig:
+    """[[gyro]]: the yaw gyro, if there is one."""
+
+    name: str
+    driver: str
+    bus: str
+    turn_error_deg: float = 0.05
+    """The standard deviation of its turn after 1 s; it grows with the root of time (angle random walk)."""
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        plain = self.name.isprintable() and self.name == self.name.strip()
+        _require(plain, "`name` must be printable, without blanks around it")
+        _require(0 < self.turn_error_deg <= 90, "`turn_error_deg` must lie in 0...90")
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,6 +279,7 @@ class Config:
     bus: tuple[BusConfig, ...] = ()
     sensor: tuple[SensorConfig, ...] = ()
     wheel: tuple[WheelConfig, ...] = ()
+    gyro: tuple[GyroConfig, ...] = ()
     firing: FiringConfig = field(default_factory=FiringConfig)
     drive: DriveConfig = field(default_factory=DriveConfig)
     loop: LoopConfig = field(default_factory=LoopConfig)

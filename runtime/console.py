@@ -7,6 +7,7 @@ from typing import TextIO
 from echogrid.drivers.device import Health, Level
 from echogrid.mapping.ledger import Ledger
 from echogrid.runtime.acquisition import DeviceReport
+from echogrid.runtime.fusion import Snapshot
 from echogrid.runtime.loop import FixedRateLoop
 from echogrid.runtime.status import Status
 
@@ -20,6 +21,8 @@ class Console:
         self._gone = False
         self._health: dict[str, Health] = {}
         self._restarts = 0
+        self._slips = 0
+        self._slipping = False
 
     def show(self, status: Status) -> None:
         """The status, after the changes since the last one."""
@@ -28,7 +31,7 @@ class Console:
         self._write(line[: get_terminal_size().columns - 1] if self._in_place else line + "\n")
 
     def show_changes(self, status: Status) -> None:
-        """Only what has changed in the devices' health."""
+        """Only what has changed in the devices' health, and the odometry's."""
         for each in status.devices:
             self._tell_change(each)
         if status.snapshot.restarts > self._restarts:
@@ -36,6 +39,8 @@ class Console:
             self.say(
                 "odometry: a wheel restarted: where the robot went meanwhile is lost, the map may be bent"
             )
+
+        self._tell_slip(status.snapshot)
 
     def say(self, line: str) -> None:
         """A line of its own."""
@@ -59,6 +64,14 @@ class Console:
         was = before.level if before else Level.OK
         if each.health.level is not was:
             self.say(f"{each.device}: {each.health.level.name}: {each.health.message}")
+
+    def _tell_slip(self, snapshot: Snapshot) -> None:
+        """Its beginning, also of one that is over already, and its end."""
+        if snapshot.slips > self._slips:
+            self.say("odometry: wheels slip: wheels and gyro disagree, the gyro's turn is taken")
+        elif self._slipping and not snapshot.slipping:
+            self.say("odometry: wheels and gyro agree again")
+        self._slips, self._slipping = snapshot.slips, snapshot.slipping
 
 
 def account_lines(

@@ -12,6 +12,7 @@ from echogrid.drivers.device import BusLine
 from echogrid.drivers.readings import Reading, WheelReading
 from echogrid.mapping.odometry import Odometry
 from echogrid.mapping.pose import Pose
+from echogrid.mapping.reckoning import Reckoning
 from echogrid.mapping.wheel_pair import WheelPair
 from echogrid.runtime import assembly
 from echogrid.runtime.acquisition import Acquisition, ThreadedAcquisition
@@ -38,10 +39,11 @@ class DriveRun:
 
     def go(self, show: Callable[[Stage, Pose], None]) -> None:
         """Until it is over; `show` is told of each new stage, and where the robot is, twice a second."""
-        pair, shown_ns, stage = WheelPair(), 0, None
+        pair, reckoning = WheelPair(), Reckoning(self.odometry)
+        shown_ns, stage = 0, None
         for now_ns in self.loop.ticks(NEVER_NS):
             readings = self.acquisition.drain()
-            self._reckon(pair, readings)
+            _reckon(pair, reckoning, readings)
             self.excursion.tick(now_ns, readings, self.acquisition.report(now_ns))
             if self.excursion.stage is not stage or now_ns - shown_ns >= SHOWN_EVERY_NS:
                 stage, shown_ns = self.excursion.stage, now_ns
@@ -50,19 +52,19 @@ class DriveRun:
                 break
         self.acquisition.stop()
 
-    def _reckon(self, pair: WheelPair, readings: Sequence[Reading]) -> None:
-        for reading in readings:
-            if isinstance(reading, WheelReading) and reading.wheel == "left":
-                pair.left(reading)
-            elif isinstance(reading, WheelReading):
-                for angles in pair.right(reading):
-                    self.odometry.update(angles.stamp_ns, (angles.left, angles.right), angles.restarted)
+
+def _reckon(pair: WheelPair, reckoning: Reckoning, readings: Sequence[Reading]) -> None:
+    for reading in readings:
+        if isinstance(reading, WheelReading):
+            for angles in pair.take(reading):
+                reckoning.wheels(angles)
+    reckoning.poses()
 
 
 def wheel_lines(config: Config) -> tuple[list[BusLine[Any, Any]], Driving]:
     """The buses of the wheels, which are driven. Raises ConfigError, also for wheels that can't be."""
-    alone = replace(config, sensor=())
-    driving = Driving(alone, assembly.drive(alone))
+    alone = replace(config, sensor=(), gyro=())
+    driving = Driving(alone, assembly.differential(alone, "driving by command"))
     return lines(alone, driving.throttles), driving
 
 

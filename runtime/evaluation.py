@@ -12,16 +12,18 @@ import numpy as np
 from echogrid.drivers.readings import Outcome, RangeReading
 from echogrid.emulation.motion import Tour
 from echogrid.emulation.offices import office, office_tour
+from echogrid.emulation.round import Round
 from echogrid.emulation.truth import truth
 from echogrid.emulation.world import World
 from echogrid.mapping.long_term_map import MapImage
 from echogrid.mapping.metrics import MapQuality, quality
 from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.mapping.pose_buffer import PoseBuffer
+from echogrid.mapping.reckoning import YawRate
 from echogrid.mapping.wheel_pair import WheelAngles
 from echogrid.runtime import assembly, offline, robond, robot_file
 from echogrid.runtime.config import Config
-from echogrid.runtime.emulated import DEFAULT_ROBOT
+from echogrid.runtime.emulated import DEFAULT_ROBOT, office_round
 from echogrid.runtime.loop import SECOND_NS
 from echogrid.runtime.recording import Recording
 from echogrid.runtime.simulated_run import START_NS, simulated_run
@@ -44,7 +46,9 @@ class Tape:
     ranges: list[RangeReading] = field(default_factory=list)
     wheels: list[WheelAngles] = field(default_factory=list)
 
-    def put(self, ranges: tuple[RangeReading, ...], wheels: tuple[WheelAngles, ...]) -> None:
+    def put(
+        self, ranges: tuple[RangeReading, ...], wheels: tuple[WheelAngles, ...], _: tuple[YawRate, ...]
+    ) -> None:
         """Append."""
         self.ranges += ranges
         self.wheels += wheels
@@ -57,7 +61,7 @@ def default_config() -> Config:
 
 def drive_tour(config: Config, seed: int, metres: float) -> Tape:
     """A simulated run over the given way."""
-    tour = office_tour()
+    tour = office_round(config)
     seconds = next(t for t in range(10, 1_000_000, 10) if tour.distance(t) >= metres)
     tape = Tape()
     run, _ = simulated_run(config, seed)
@@ -157,13 +161,13 @@ def recorded(config: Config, tape: Tape) -> Recording:
     """A tape, as a robot of that configuration understands it."""
     odometry = assembly.odometry(config)
     poses = [
-        (angles.stamp_ns, odometry.update(angles.stamp_ns, (angles.left, angles.right)))
+        (angles.stamp_ns, odometry.update(angles.stamp_ns, angles.both, angles.restarted))
         for angles in tape.wheels
     ]
     return Recording(config, poses, [("tape", reading) for reading in tape.ranges])
 
 
-def start_of(tour: Tour, tape: Tape) -> Pose:
+def start_of(tour: Round, tape: Tape) -> Pose:
     """Where the robot truly was when its wheels were first read: the map frame's origin."""
     return Pose(*tour.pose((tape.wheels[0].stamp_ns - START_NS) / SECOND_NS))
 

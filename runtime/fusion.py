@@ -7,13 +7,14 @@ readings at the same ticks give the same bits.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from echogrid.drivers.readings import RangeReading, Reading, WheelReading
+from echogrid.drivers.readings import GyroReading, RangeReading, Reading, WheelReading
 from echogrid.mapping.ledger import Ledger
 from echogrid.mapping.long_term_map import MapImage
 from echogrid.mapping.lookout import Lookout
 from echogrid.mapping.mapper import Drop, Mapper
 from echogrid.mapping.odometry import Covariance, Odometry
 from echogrid.mapping.pose import Pose
+from echogrid.mapping.reckoning import Reckoning, StampedPose, YawRate
 from echogrid.mapping.stuck import StuckWatch
 from echogrid.mapping.virtual_sensor import ObstacleView
 from echogrid.mapping.wheel_pair import WheelAngles, WheelPair
@@ -26,7 +27,9 @@ class Snapshot:
 
     stamp_ns: int
     pose: Pose
-    """In the odom frame, at the newest wheel reading."""
+    """In the odom frame, at the newest wheel reading, or as far as the gyro covers those."""
+    pose_ns: int | None
+    """Its stamp; None before the first."""
     covariance: Covariance
     """Of that pose, as far as dead reckoning knows."""
     travelled: float
@@ -36,9 +39,15 @@ class Snapshot:
     """Taken in by this tick, in order; without those which came too late for the map, or only listened."""
     wheels: tuple[WheelAngles, ...]
     """Both wheels at common stamps, completed by this tick, in order."""
+    rates: tuple[YawRate, ...]
+    """Of the gyro, taken in by this tick, in order; without those which came too late for the odometry."""
     drops: tuple[Drop, ...]
     restarts: int
     """How often a wheel restarted so far, and what both turned meanwhile was lost."""
+    slips: int
+    """How often wheels and gyro began to disagree so far."""
+    slipping: bool
+    """Whether they do."""
 
 
 class Fusion:
@@ -49,9 +58,10 @@ class Fusion:
         self.stuck = StuckWatch()
         self._mapper = mapper
         self._odometry = odometry
+        self._reckoning = Reckoning(odometry)
         self._lookout = lookout
-        self._pair = WheelPair()
-        self._moved_ns = -(1 << 62)
+        self._pair = WheelPair(odometry.kinematics.wheels)
+        self._pose_ns: int | None = None
 
     @property
     def ledger(self) -> Ledger:
@@ -73,9 +83,19 @@ class Fusion:
         """How often a wheel restarted, and what both turned meanwhile was lost."""
         return self._pair.restarts
 
+    @property
+    def late_rates(self) -> int:
+        """The gyro's rates that came too late for the odometry."""
+        return self._reckoning.refused
+
+    @property
+    def odometry(self) -> Odometry:
+        """Where the robot is, and how sure that is."""
+        return self._odometry
+
     def tick(self, now_ns: int, readings: Sequence[Reading]) -> Snapshot:
         """Advance to `now_ns` with what came in since the last tick, in order of arrival."""
-        wheels = self._move(readings)
+        wheels, rates = self._move(readings)
         ranges = tuple(reading for reading in readings if isinstance(reading, RangeReading))
         for reading in ranges:
             self.listening.take(reading)
@@ -87,16 +107,21 @@ class Fusion:
         view = self._lookout.view(self._odometry.pose, now_ns)
         late = {id(drop.reading) for drop in drops if drop.reason in ("late", "listened")}
         used = tuple(reading for reading in ranges if id(reading) not in late)
+        gyro = self._odometry.yaw_fusion
         return Snapshot(
             now_ns,
             self._odometry.pose,
+            self._pose_ns,
             self._odometry.covariance,
             self._odometry.travelled,
             view,
             used,
             tuple(wheels),
+            tuple(rates),
             tuple(drops),
             self._pair.restarts,
+            gyro.slips if gyro else 0,
+            gyro is not None and gyro.slipping,
         )
 
     def overflow(self, readings: Sequence[Reading]) -> None:
@@ -107,30 +132,28 @@ class Fusion:
 
     def finish(self) -> tuple[Drop, ...]:
         """Fuse what can still be placed; nothing more will come."""
+        self._placed(self._reckoning.finish())
         return tuple(self._mapper.finish())
 
     def map_image(self) -> MapImage:
         """The long-term map as it is now."""
         return self._mapper.map.render()
 
-    def _move(self, readings: Sequence[Reading]) -> list[WheelAngles]:
-        """Dead reckoning up to the newest moment for which both wheels are known."""
-        moves: list[WheelAngles] = []
+    def _move(self, readings: Sequence[Reading]) -> tuple[list[WheelAngles], list[YawRate]]:
+        """Dead reckoning up to the newest moment for which both wheels are known, and the gyro if there is
+        one; what was taken in."""
+        wheels: list[WheelAngles] = []
+        rates: list[YawRate] = []
         for reading in readings:
             if isinstance(reading, WheelReading):
-                moves += [angles for angles in self._paired(reading) if self._move_to(angles)]
-        return moves
+                wheels += [angles for angles in self._pair.take(reading) if self._reckoning.wheels(angles)]
+            elif isinstance(reading, GyroReading):
+                rate = YawRate(reading.stamp_ns, reading.rate)
+                rates += [rate] if self._reckoning.rate(rate) else []
+        self._placed(self._reckoning.poses())
+        return wheels, rates
 
-    def _move_to(self, angles: WheelAngles) -> bool:
-        """Whether this is later than the last, and so a move."""
-        if angles.stamp_ns <= self._moved_ns:
-            return False
-        self._moved_ns = angles.stamp_ns
-        pose = self._odometry.update(angles.stamp_ns, (angles.left, angles.right), angles.restarted)
-        return self._mapper.add_pose(angles.stamp_ns, pose)
-
-    def _paired(self, reading: WheelReading) -> list[WheelAngles]:
-        if reading.wheel == "right":
-            return self._pair.right(reading)
-        self._pair.left(reading)
-        return []
+    def _placed(self, poses: Sequence[StampedPose]) -> None:
+        for stamp_ns, pose in poses:
+            self._pose_ns = stamp_ns
+            self._mapper.add_pose(stamp_ns, pose)

@@ -11,10 +11,11 @@ from echogrid.drivers.commanded import CommandedRanger
 from echogrid.drivers.device import BusLine, Departing, Device
 from echogrid.drivers.errors import UnknownDriverError
 from echogrid.drivers.registry import Driver
-from echogrid.drivers.role import Call, RangerRole, WheelRole
+from echogrid.drivers.role import Call, GyroRole, RangerRole, Steering, WheelRole
 from echogrid.drivers.sound import speed_of_sound
 from echogrid.drivers.throttle import Throttle
-from echogrid.runtime.config import Config, SensorConfig, WheelConfig
+from echogrid.drivers.yaw_gyro import is_for_gyros
+from echogrid.runtime.config import Config, GyroConfig, SensorConfig, WheelConfig
 from echogrid.runtime.errors import ConfigError
 from echogrid.runtime.firing import Plan, firing_plan
 from echogrid.runtime.firing_times import Pinger
@@ -33,7 +34,7 @@ class _Part:
     name: str
     bus: str
     driver: Driver
-    role: RangerRole | WheelRole
+    role: RangerRole | WheelRole | GyroRole
     settings: Any
     device: Device[Any, Any]
 
@@ -53,8 +54,10 @@ def lines(
     """
     problems: list[Problem] = []
     parts = [_with_throttle(part, throttles, problems) for part in _parts(config, problems)]
-    if {wheel.name for wheel in config.wheel} != {"left", "right"}:
-        problems.append(((), "a run needs a [[wheel]] named `left` and one named `right`"))
+    first, second, _ = config.robot.wheels
+    if {wheel.name for wheel in config.wheel} != {first, second}:
+        needed = f"a run needs a [[wheel]] named `{first}` and one named `{second}`"
+        problems.append(((), f'{needed} (drive = "{config.robot.drive}")'))
     if problems:
         raise ConfigError(problems)
     attached = {bus.name: [part for part in parts if part.bus == bus.name] for bus in config.bus}
@@ -110,8 +113,25 @@ def _single_parts(config: Config, problems: list[Problem]) -> Iterator[_Part]:
         yield from _part(config, sensor, role, ("sensor", index), problems)
     silent = {bus.name for bus in config.bus if bus.listen_only}
     for index, wheel in enumerate(config.wheel):
-        wheel_role = WheelRole(wheel.name, wheel.gear, wheel.fastest_rad_s, listen_only=wheel.bus in silent)
+        wheel_role = WheelRole(
+            wheel.name,
+            wheel.gear,
+            wheel.fastest_rad_s,
+            listen_only=wheel.bus in silent,
+            steering=_steering(config, wheel),
+        )
         yield from _part(config, wheel, wheel_role, ("wheel", index), problems)
+    for index, gyro in enumerate(config.gyro):
+        gyro_role = GyroRole(gyro.name, listen_only=gyro.bus in silent)
+        yield from _part(config, gyro, gyro_role, ("gyro", index), problems)
+
+
+def _steering(config: Config, wheel: WheelConfig) -> Steering | None:
+    """What there is to know of a wheel that is turned to steer; None if it rolls."""
+    if wheel.name != "steering":
+        return None
+    usual = 80.0 if config.robot.drive == "ackermann" else 180.0
+    return Steering(radians(wheel.zero_deg), radians(wheel.most_deg or usual))
 
 
 def _plan(config: Config, parts: list[_Part]) -> Plan:
@@ -164,8 +184,8 @@ def _with_throttle(part: _Part, throttles: Mapping[str, Throttle], problems: lis
 
 def _part(
     config: Config,
-    entry: SensorConfig | WheelConfig,
-    role: RangerRole | WheelRole,
+    entry: SensorConfig | WheelConfig | GyroConfig,
+    role: RangerRole | WheelRole | GyroRole,
     place: Place,
     problems: list[Problem],
 ) -> Iterator[_Part]:
@@ -181,6 +201,10 @@ def _part(
     if driver.bus != kind:
         speaks = f"{entry.driver} speaks {driver.bus}, but bus {entry.bus!r} is {kind}"
         problems.append(((*place, "bus"), speaks))
+    if is_for_gyros(driver) != isinstance(role, GyroRole):
+        table = "[[gyro]]" if is_for_gyros(driver) else "[[sensor]] or [[wheel]]"
+        problems.append(((*place, "driver"), f"{entry.driver} is for a {table}"))
+        return
     settings, wrong = structured(dict(entry.settings), driver.Settings)
     problems += [((*place, *key), what) for key, what in wrong]
     if wrong:
@@ -216,5 +240,5 @@ def _mixtures(config: Config, parts: list[_Part]) -> Iterator[Problem]:
             yield place, f"{part.name}: say its `baud` here, not `bit_rate` at the bus alone"
         if part.driver.line is not first.driver.line:
             yield place, f"{part.name} and {first.name} can't share bus {part.bus!r}: one talks unasked"
-        elif ways != others:
+        elif ways and others and ways != others:
             yield place, f"{part.name} and {first.name} differ on bus {part.bus!r}: {ways} and {others}"

@@ -8,7 +8,8 @@ from typing import Any
 from echogrid.drivers import registry
 from echogrid.drivers.clock import Clock
 from echogrid.drivers.errors import UnknownDriverError
-from echogrid.runtime.config import BusConfig, Config, SensorConfig, WheelConfig
+from echogrid.drivers.yaw_gyro import is_for_gyros
+from echogrid.runtime.config import BusConfig, Config, GyroConfig, SensorConfig, WheelConfig
 from echogrid.runtime.errors import ConfigError, UsageError, described
 from echogrid.runtime.lines import line_of
 from echogrid.runtime.lone_bus import LoneBus, lone_bus
@@ -26,10 +27,11 @@ def alone(config: Config, name: str) -> Config:
     """The configuration less all devices but that one. Raises UsageError if there is none of that name."""
     sensors = tuple(sensor for sensor in config.sensor if sensor.name == name)
     wheels = tuple(wheel for wheel in config.wheel if wheel.name == name)
-    if not sensors and not wheels:
-        known = [each.name for entries in (config.sensor, config.wheel) for each in entries]
-        raise UsageError([f"no [[sensor]] or [[wheel]] named {name!r}{nearest(name, known)}"])
-    return Config(config.robot, config.bus, sensors, wheels)
+    gyros = tuple(gyro for gyro in config.gyro if gyro.name == name)
+    if not sensors and not wheels and not gyros:
+        known = [each.name for entries in (config.sensor, config.wheel, config.gyro) for each in entries]
+        raise UsageError([f"no [[sensor]], [[wheel]] or [[gyro]] named {name!r}{nearest(name, known)}"])
+    return Config(config.robot, config.bus, sensors, wheels, gyro=gyros)
 
 
 def on_port(driver: str, port: str, settings: Mapping[str, Any]) -> Config:
@@ -38,11 +40,14 @@ def on_port(driver: str, port: str, settings: Mapping[str, Any]) -> Config:
     Raises UsageError if there is no such driver.
     """
     try:
-        kind = registry.driver(driver).bus
+        found = registry.driver(driver)
+        kind = found.bus
     except UnknownDriverError as error:
         raise UsageError([str(error)]) from error
     interface = "slcan" if Path(port).is_char_device() else "socketcan"
     bus = BusConfig(_BUS, kind, port, interface)  # type: ignore[arg-type]  # drivers' kinds are the ports'
+    if is_for_gyros(found):
+        return Config(bus=(bus,), gyro=(GyroConfig(driver, driver, _BUS, settings=settings),))
     if kind == "can":
         return Config(bus=(bus,), wheel=(WheelConfig("left", driver, _BUS, settings=settings),))
     for farthest in (FARTHEST_M, LEAST_M):

@@ -12,6 +12,7 @@ import numpy as np
 from echogrid.drivers.readings import RangeReading
 from echogrid.emulation.motion import Limits, Tour
 from echogrid.emulation.world import World
+from echogrid.mapping.reckoning import YawRate
 from echogrid.mapping.wheel_pair import WheelAngles
 from echogrid.mapping.wheel_runs import WheelRun, from_squares, square_errors
 from echogrid.runtime import assembly
@@ -38,9 +39,11 @@ class _Wheels:
 
     angles: list[tuple[float, float]] = field(default_factory=list)
 
-    def put(self, _: tuple[RangeReading, ...], wheels: tuple[WheelAngles, ...]) -> None:
+    def put(
+        self, _: tuple[RangeReading, ...], wheels: tuple[WheelAngles, ...], __: tuple[YawRate, ...]
+    ) -> None:
         """Append."""
-        self.angles += [(each.left, each.right) for each in wheels]
+        self.angles += [each.both for each in wheels]
 
 
 def square(side: float, turn: int, limits: Limits = _USUAL) -> Tour:
@@ -78,7 +81,7 @@ def slipped(run: WheelRun, radius: float, random: np.random.Generator) -> WheelR
 def errors(config: Config, ratio: float, track_factor: float, seed: int) -> tuple[float, float]:
     """The worst systematic end error (m) before and after calibration."""
     body = replace(config.robot, wheel_ratio=ratio, track_m=(config.robot.track_m or 0.0) * track_factor)
-    before = assembly.drive(config)
+    before = assembly.differential(config, "this check")
     random = np.random.default_rng(seed)
     runs = driven(config, SIDE_M, _USUAL, body) * TIMES
     after = from_squares([slipped(run, before.left_radius, random) for run in runs], before)
@@ -99,6 +102,6 @@ def table(config: Config, seed: int) -> Iterator[str]:
 def _barely(config: Config) -> Config:
     """The robot with its wheels and one ranger."""
     sensor = config.sensor[0]
-    needed = {sensor.bus, *(wheel.bus for wheel in config.wheel)}
+    needed = {sensor.bus, *(wheel.bus for wheel in config.wheel), *(gyro.bus for gyro in config.gyro)}
     buses = tuple(bus for bus in config.bus if bus.name in needed)
     return replace(config, sensor=(sensor,), bus=buses, firing=FiringConfig())

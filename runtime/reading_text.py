@@ -1,23 +1,30 @@
 """A reading as text: for a person, and for a program."""
 
-from math import isnan
+from math import degrees, isnan
 from typing import Any
 
-from echogrid.drivers.readings import Outcome, RangeReading, Reading
+from echogrid.drivers.readings import GyroReading, Outcome, RangeReading, Reading, WheelReading
 
 
 def as_line(reading: Reading, start_ns: int) -> str:
     """One line; times count from the start."""
     seconds = (reading.stamp_ns - start_ns) * 1e-9
     raw = reading.raw.hex(" ")
+    return f"{seconds:9.3f} s  {source(reading)}  {said(reading)}  [{raw}]"
+
+
+def source(reading: Reading) -> str:
+    """The name of the device that tells it."""
     if isinstance(reading, RangeReading):
-        return f"{seconds:9.3f} s  {reading.sensor}  {said(reading)}  [{raw}]"
-    return f"{seconds:9.3f} s  {reading.wheel}  {said(reading)}  [{raw}]"
+        return reading.sensor
+    return reading.wheel if isinstance(reading, WheelReading) else reading.gyro
 
 
 def said(reading: Reading) -> str:
     """What it says, in few words."""
-    if not isinstance(reading, RangeReading):
+    if isinstance(reading, GyroReading):
+        return f"{degrees(reading.rate):+.3f} deg/s"
+    if isinstance(reading, WheelReading):
         restarted = "  restarted" if reading.discontinuity else ""
         return f"{reading.angle:+.4f} rad  {reading.rate:+.3f} rad/s{restarted}"
     if reading.outcome is Outcome.ECHO:
@@ -44,6 +51,8 @@ def as_object(reading: Reading) -> dict[str, Any]:
             "listened": reading.listened,
             **common,
         }
+    if isinstance(reading, GyroReading):
+        return {"gyro": reading.gyro, "rate_rad_s": reading.rate, **common}
     return {
         "wheel": reading.wheel,
         "angle_rad": reading.angle,

@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import TypeVar
 
 from echogrid.drivers.readings import RangeReading
+from echogrid.mapping.kinematics import Wheels
 from echogrid.mapping.pose import Pose
+from echogrid.mapping.reckoning import Reckoning, YawRate
 from echogrid.mapping.wheel_pair import WheelAngles
 from echogrid.runtime import assembly, robot_file, simple_log
 from echogrid.runtime.config import Config
@@ -31,13 +33,13 @@ class Recording:
 
 def read_simple(folder: Path) -> Recording:
     """A folder in the simple format. Raises UsageError with everything that keeps it from being read."""
-    problems = simple_log.missing(folder)
     config = Config()
     try:
         config = robot_file.load(folder / "robot.toml")
+        problems = simple_log.missing(folder, config.robot.wheels)
     except UsageError as error:
-        problems = [*error.problems, *problems]
-    reckoned = simple_log.way(folder) == simple_log.WHEELS
+        problems = [*error.problems, *simple_log.missing(folder, None)]
+    reckoned = not simple_log.has_poses(folder)
     if reckoned and not problems:
         try:
             assembly.drive(config)
@@ -82,17 +84,35 @@ def _poses(folder: Path, recording: Recording) -> list[tuple[int, Pose]]:
     return monotonic([(place, stamp_ns, pose) for place, (stamp_ns, pose) in poses], recording.faults)
 
 
-def wheel_rows(folder: Path, faults: RowFaults) -> list[tuple[int, WheelAngles]]:
+def wheel_rows(folder: Path, wheels: Wheels, faults: RowFaults) -> list[tuple[int, WheelAngles]]:
     """The usable rows of wheels.csv with their stamps, in order; the others are added to the faults."""
-    angles = _usable(folder, simple_log.WHEELS, faults, simple_log.wheel_angles)
+    more = (simple_log.RESTARTED,) if simple_log.tells_restarts(folder) else ()
+    angles = _usable(folder, simple_log.wheel_table(wheels, more), faults, simple_log.wheel_angles)
     return monotonic([(place, each.stamp_ns, each) for place, each in angles], faults)
 
 
 def _reckoned(folder: Path, recording: Recording) -> list[tuple[int, Pose]]:
-    """Dead reckoning of wheels.csv."""
-    in_order = wheel_rows(folder, recording.faults)
-    odometry = assembly.odometry(recording.config)
-    return [(stamp_ns, odometry.update(stamp_ns, (each.left, each.right))) for stamp_ns, each in in_order]
+    """Dead reckoning of wheels.csv, and gyro.csv if it is there."""
+    reckoning = Reckoning(assembly.odometry(recording.config))
+    entries: list[tuple[int, YawRate | WheelAngles]] = [
+        *wheel_rows(folder, recording.config.robot.wheels, recording.faults)
+    ]
+    if recording.config.gyro and (folder / simple_log.GYRO[0]).is_file():
+        entries += _rates(folder, recording.faults)
+    poses: list[tuple[int, Pose]] = []
+    for _, entry in sorted(entries, key=_by_stamp_rates_first):
+        _ = reckoning.rate(entry) if isinstance(entry, YawRate) else reckoning.wheels(entry)
+        poses += reckoning.poses()
+    return poses + reckoning.finish()
+
+
+def _by_stamp_rates_first(entry: tuple[int, YawRate | WheelAngles]) -> tuple[int, bool]:
+    return entry[0], isinstance(entry[1], WheelAngles)
+
+
+def _rates(folder: Path, faults: RowFaults) -> list[tuple[int, YawRate]]:
+    rates = _usable(folder, simple_log.GYRO, faults, simple_log.yaw_rate)
+    return monotonic([(place, each.stamp_ns, each) for place, each in rates], faults)
 
 
 def _ranges(folder: Path, recording: Recording) -> Iterator[tuple[str, RangeReading]]:

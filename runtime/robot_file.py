@@ -8,7 +8,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-from echogrid.runtime.config import Config, SensorConfig, WheelConfig
+from echogrid.runtime.config import Config, GyroConfig, RobotConfig, SensorConfig, WheelConfig
 from echogrid.runtime.errors import ConfigError, UsageError, described
 from echogrid.runtime.toml_lines import Place, key_lines
 from echogrid.runtime.toml_values import Problem, nearest, structured
@@ -61,7 +61,7 @@ def _for_want_of_driver(table: dict[str, Any], place: Place) -> str:
 def _with_settings_apart(table: dict[str, Any]) -> dict[str, Any]:
     """Move the keys which are a driver's own into `settings`, where there is a driver."""
     result = dict(table)
-    for name, kind in (("sensor", SensorConfig), ("wheel", WheelConfig)):
+    for name, kind in (("sensor", SensorConfig), ("wheel", WheelConfig), ("gyro", GyroConfig)):
         if isinstance(entries := table.get(name), list):
             common = {each.name for each in fields(kind)} - {"settings"}
             result[name] = [_split(entry, common) for entry in entries]
@@ -80,11 +80,15 @@ def _contradictions(config: Config) -> Iterator[Problem]:
     yield from _taken("bus", [bus.name for bus in config.bus])
     yield from _taken("sensor", [sensor.name for sensor in config.sensor])
     yield from _taken("wheel", [wheel.name for wheel in config.wheel])
-    yield from _sensors_named_as_wheels(config)
+    yield from _named_alike(config)
+    if config.gyro[1:]:
+        yield ("gyro", 1), "a second [[gyro]]: one at most is used"
     yield from _ports_taken(config)
     yield from _without_bus("sensor", [sensor.bus for sensor in config.sensor], config)
     yield from _without_bus("wheel", [wheel.bus for wheel in config.wheel], config)
+    yield from _without_bus("gyro", [gyro.bus for gyro in config.gyro], config)
     yield from _misfires(config)
+    yield from _of_another_drive(config)
     if not config.sensor:
         yield (), "no [[sensor]]: at least one is needed"
 
@@ -95,11 +99,15 @@ def _taken(kind: str, names: list[str]) -> Iterator[Problem]:
             yield (kind, index, "name"), f"`name` is taken: {name!r} stands there already"
 
 
-def _sensors_named_as_wheels(config: Config) -> Iterator[Problem]:
-    wheels = {wheel.name for wheel in config.wheel}
-    for index, sensor in enumerate(config.sensor):
-        if sensor.name in wheels:
-            yield ("sensor", index, "name"), f"`name` is taken: there is a [[wheel]] named {sensor.name!r}"
+def _named_alike(config: Config) -> Iterator[Problem]:
+    """Devices of one name in different tables."""
+    owners: dict[str, str] = {wheel.name: "wheel" for wheel in config.wheel}
+    named = {"sensor": [each.name for each in config.sensor], "gyro": [each.name for each in config.gyro]}
+    for kind, names in named.items():
+        for index, name in enumerate(names):
+            owner = owners.setdefault(name, kind)
+            if owner != kind:
+                yield (kind, index, "name"), f"`name` is taken: there is a [[{owner}]] named {name!r}"
 
 
 def _ports_taken(config: Config) -> Iterator[Problem]:
@@ -128,6 +136,18 @@ def _misfires(config: Config) -> Iterator[Problem]:
             yield ("firing", "groups"), f"there is no [[sensor]] named {name!r}{nearest(name, sensors)}"
         if fired.count(name) > 1:
             yield ("firing", "groups"), f"{name!r} stands in two groups"
+
+
+def _of_another_drive(config: Config) -> Iterator[Problem]:
+    """What is said of the wheels but means nothing to the kind of drive that they make."""
+    robot, unsaid = config.robot, RobotConfig()
+    others = {True: ("track_m", "wheel_ratio", "slip_factor"), False: ("wheelbase_m", "steering_error_deg")}
+    for key in others[robot.wheels.steered]:
+        if getattr(robot, key) != getattr(unsaid, key):
+            yield ("robot", key), f'`{key}` means nothing with drive = "{robot.drive}": take it out'
+    for index, wheel in enumerate(config.wheel):
+        if robot.drive == "ackermann" and (wheel.most_deg or 0.0) > 85.0:
+            yield ("wheel", index, "most_deg"), '`most_deg` must be at most 85 with drive = "ackermann"'
 
 
 def _located(path: Path, text: str, problems: Iterable[Problem]) -> list[str]:

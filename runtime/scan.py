@@ -19,6 +19,7 @@ from echogrid.drivers.errors import PortError, UnknownDriverError
 from echogrid.drivers.readings import Outcome, RangeReading
 from echogrid.drivers.role import RangerRole
 from echogrid.drivers.transports.ports import make_port
+from echogrid.drivers.yaw_gyro import is_for_gyros
 from echogrid.runtime import lone_device
 from echogrid.runtime.errors import UsageError
 from echogrid.runtime.lone_bus import lone_bus
@@ -186,7 +187,7 @@ def _listeners() -> dict[int, list[_Listener]]:
     """Drivers which only listen, with the settings that are likely, by the speed at which they do."""
     by_baud: dict[int, list[_Listener]] = {}
     for name, driver in _drivers():
-        if driver.bus == "serial" and driver.line is Line:
+        if driver.bus == "serial" and driver.line is Line and not is_for_gyros(driver):
             likely: tuple[dict[str, Any], ...] = getattr(driver, "likely", ({},))
             for settings in likely:
                 role = replace(_ROLE, name=f"{name} {settings}")

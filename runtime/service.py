@@ -9,12 +9,15 @@ from typing import Any, Protocol
 from echogrid.drivers.clock import Clock
 from echogrid.drivers.device import Health, State
 from echogrid.drivers.readings import RangeReading, Reading
+from echogrid.mapping.odometry import Odometry
 from echogrid.mapping.pose import Pose
+from echogrid.mapping.reckoning import YawRate
 from echogrid.mapping.wheel_pair import WheelAngles
 from echogrid.runtime.acquisition import Acquisition, DeviceReport
 from echogrid.runtime.fusion import Fusion, Snapshot
 from echogrid.runtime.ledger_report import account
 from echogrid.runtime.loop import SECOND_NS, FixedRateLoop
+from echogrid.runtime.reading_text import source
 from echogrid.runtime.status import Meter, Status
 
 _PATH_NS = SECOND_NS // 10
@@ -24,7 +27,9 @@ _NEVER_NS = 1 << 62
 class Sink(Protocol):
     """Takes what each tick took in."""
 
-    def put(self, ranges: tuple[RangeReading, ...], wheels: tuple[WheelAngles, ...]) -> None:
+    def put(
+        self, ranges: tuple[RangeReading, ...], wheels: tuple[WheelAngles, ...], rates: tuple[YawRate, ...]
+    ) -> None:
         """Must not wait."""
         ...
 
@@ -42,11 +47,12 @@ class Run:
     """Stamps and poses of the robot, at most ten a second."""
     readings: Counter[str] = field(default_factory=Counter)
     """By device."""
-    travelled: float = 0.0
-    """m."""
-    pose_errors: tuple[float, ...] = (0.0, 0.0, 0.0)
-    """Standard deviations of x, y (m) and yaw (rad) at the end, as far as dead reckoning knows."""
     stopping: bool = False
+
+    @property
+    def travelled(self) -> float:
+        """m."""
+        return self.fusion.odometry.travelled
 
     def go(self, duration_s: float | None, show: Callable[[Status], None]) -> None:
         """Tick until the time is over or `stopping` is set; then take what is left, and fuse it."""
@@ -69,19 +75,16 @@ class Run:
         snapshot = self.fusion.tick(now_ns, readings)
         self.fusion.overflow(self.acquisition.drain_overflow())
         for sink in self.sinks:
-            sink.put(snapshot.ranges, snapshot.wheels)
-        self.travelled = snapshot.travelled
-        self.pose_errors = tuple(sqrt(variance) for variance in snapshot.covariance.diagonal())
+            sink.put(snapshot.ranges, snapshot.wheels, snapshot.rates)
         self._remember(snapshot, readings)
         return snapshot
 
     def _remember(self, snapshot: Snapshot, readings: list[Reading]) -> None:
         for reading in readings:
-            self.readings[reading.sensor if isinstance(reading, RangeReading) else reading.wheel] += 1
-        if snapshot.wheels:
-            stamp_ns = snapshot.wheels[-1].stamp_ns
-            if not self.path or stamp_ns - self.path[-1][0] >= _PATH_NS:
-                self.path.append((stamp_ns, snapshot.pose))
+            self.readings[source(reading)] += 1
+        stamp_ns = snapshot.pose_ns
+        if stamp_ns is not None and (not self.path or stamp_ns - self.path[-1][0] >= _PATH_NS):
+            self.path.append((stamp_ns, snapshot.pose))
 
     def devices(self, now_ns: int) -> list[DeviceReport]:
         """How every device is: what it says itself, and what the robot's motion says of it."""
@@ -97,7 +100,8 @@ class Run:
             "wheel_readings_unpaired": self.fusion.unpaired,
             "wheel_restarts": self.fusion.restarts,
             "travelled_m": round(self.travelled, 3),
-            "pose_error": _pose_error(*self.pose_errors),
+            "pose_error": _pose_error(self.fusion.odometry),
+            **self._gyro(),
             "ticks": {"in_time": self.loop.in_time, "late": self.loop.late, "skipped": self.loop.skipped},
             "devices": {
                 each.device: {
@@ -109,9 +113,23 @@ class Run:
             },
         }
 
+    def _gyro(self) -> dict[str, Any]:
+        """What the gyro says of the wheels, and of itself, if there is one."""
+        fusion = self.fusion.odometry.yaw_fusion
+        if fusion is None:
+            return {}
+        bias = round(degrees(fusion.gyro.bias), 4) if fusion.gyro.settled else None
+        return {
+            "wheel_slips": fusion.slips,
+            "wheel_slip_s": round(fusion.slipped_ns / SECOND_NS, 3),
+            "gyro_bias_dps": bias,
+            "gyro_readings_late": self.fusion.late_rates,
+        }
 
-def _pose_error(x: float, y: float, yaw: float) -> dict[str, float]:
-    """How unsure the last pose is: standard deviations."""
+
+def _pose_error(odometry: Odometry) -> dict[str, float]:
+    """How unsure the last pose is, as far as dead reckoning knows: standard deviations."""
+    x, y, yaw = (sqrt(variance) for variance in odometry.covariance.diagonal())
     return {"x_m": round(x, 4), "y_m": round(y, 4), "yaw_deg": round(degrees(yaw), 3)}
 
 

@@ -1,4 +1,4 @@
-"""The simple log: a folder with robot.toml, ranges.csv and wheels.csv or poses.csv."""
+"""The simple log: a folder with robot.toml, ranges.csv and poses.csv, or wheels.csv and perhaps gyro.csv."""
 
 import csv
 from collections.abc import Iterator
@@ -8,15 +8,21 @@ from math import inf, isfinite, isinf, isnan, nan
 from pathlib import Path
 
 from echogrid.drivers.readings import Outcome, RangeReading, classify
+from echogrid.mapping.kinematics import Wheels
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
+from echogrid.mapping.reckoning import YawRate
 from echogrid.mapping.wheel_pair import WheelAngles
 
 Table = tuple[str, tuple[str, ...]]
 """A file's name, and its columns."""
 
 RANGES = "ranges.csv", ("stamp_s", "sensor", "range_m")
-WHEELS = "wheels.csv", ("stamp_s", "left_rad", "right_rad")
+WHEELS = "wheels.csv"
+"""Its columns are those of the drive."""
+RESTARTED = "restarted"
+"""A column of it that may be missing: 1 where a wheel was led on with zero motion, else 0."""
+GYRO = "gyro.csv", ("stamp_s", "rate_rad_s")
 POSES = "poses.csv", ("stamp_s", "x_m", "y_m", "yaw_rad")
 
 _FARTHEST_STAMP_S = 4_000_000_000
@@ -58,13 +64,17 @@ class Row:
     cells: tuple[str, ...]
 
 
-def missing(folder: Path) -> list[str]:
+def missing(folder: Path, wheels: Wheels | None) -> list[str]:
     """The files, and columns of their headers, that a log folder lacks, one line each."""
     problems = unusable(folder, RANGES)
-    if not any((folder / name).is_file() for name, _ in (WHEELS, POSES)):
+    if has_poses(folder):
+        problems += unusable(folder, POSES)
+    elif (folder / WHEELS).is_file():
+        problems += unusable_wheels(folder, wheels)
+    else:
         says = "one of them says where the robot was"
-        return [*problems, f"{folder}: neither {POSES[0]} nor {WHEELS[0]}: {says}"]
-    return problems + unusable(folder, way(folder))
+        return [*problems, f"{folder}: neither {POSES[0]} nor {WHEELS}: {says}"]
+    return problems + (unusable(folder, GYRO) if (folder / GYRO[0]).is_file() else [])
 
 
 def unusable(folder: Path, table: Table) -> list[str]:
@@ -78,9 +88,24 @@ def unusable(folder: Path, table: Table) -> list[str]:
     return []
 
 
-def way(folder: Path) -> Table:
-    """The table which says where the robot was: its poses if they are there, else its wheels."""
-    return POSES if (folder / POSES[0]).is_file() else WHEELS
+def unusable_wheels(folder: Path, wheels: Wheels | None) -> list[str]:
+    """The same of wheels.csv; which columns it must have is not known (None) without the kind of drive."""
+    return unusable(folder, wheel_table(wheels) if wheels else (WHEELS, ()))
+
+
+def wheel_table(wheels: Wheels, more: tuple[str, ...] = ()) -> Table:
+    """The wheels.csv of such a drive, with more columns."""
+    return WHEELS, ("stamp_s", f"{wheels.first}_rad", f"{wheels.second}_rad", *more)
+
+
+def has_poses(folder: Path) -> bool:
+    """Whether its poses say where the robot was, and not its wheels."""
+    return (folder / POSES[0]).is_file()
+
+
+def tells_restarts(folder: Path) -> bool:
+    """Whether its wheels.csv does."""
+    return RESTARTED in _header(folder / WHEELS)
 
 
 def rows(folder: Path, table: Table, faults: RowFaults) -> Iterator[Row]:
@@ -115,9 +140,17 @@ def range_reading(cells: tuple[str, ...], rangers: dict[str, Ranger]) -> RangeRe
 
 
 def wheel_angles(cells: tuple[str, ...]) -> WheelAngles:
-    """A row of wheels.csv. Raises RowFaultError."""
-    stamp_ns, (left, right) = stamp(cells[0]), _finite(cells[1:])
-    return WheelAngles(stamp_ns, left, right)
+    """A row of wheels.csv, perhaps with the column `restarted`. Raises RowFaultError."""
+    stamp_ns, (first, second) = stamp(cells[0]), _finite(cells[1:3])
+    if cells[3:] not in ((), ("0",), ("1",)):
+        raise RowFaultError("unparsable")
+    return WheelAngles(stamp_ns, first, second, cells[3:] == ("1",))
+
+
+def yaw_rate(cells: tuple[str, ...]) -> YawRate:
+    """A row of gyro.csv. Raises RowFaultError."""
+    (rate,) = _finite(cells[1:])
+    return YawRate(stamp(cells[0]), rate)
 
 
 def pose(cells: tuple[str, ...]) -> tuple[int, Pose]:

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from echogrid.drivers.clock import JumpingClock
-from echogrid.emulation.motion import Tour
 from echogrid.emulation.robot import EmulatedRobot
+from echogrid.emulation.round import Round
 from echogrid.emulation.world import World
 from echogrid.runtime import assembly
 from echogrid.runtime.config import Config, RobotConfig
@@ -23,7 +23,7 @@ def simulated_run(
     config: Config,
     seed: int,
     world: World | None = None,
-    tour: Tour | None = None,
+    tour: Round | None = None,
     body: RobotConfig | None = None,
 ) -> tuple[Run, EmulatedRobot]:
     """The run, ready to go, and the robot in it, so that faults can be put upon its devices. The robot drives

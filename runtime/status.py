@@ -46,7 +46,8 @@ class Status:
     def _health(self) -> str:
         ailing = [each.device for each in self.devices if each.health.level is not Level.OK]
         well = f"{len(self.devices) - len(ailing)}/{len(self.devices)} ok"
-        return f"{well}: {', '.join(ailing)}" if ailing else well
+        slip = "  SLIP" if self.snapshot.slipping else ""
+        return (f"{well}: {', '.join(ailing)}" if ailing else well) + slip
 
 
 class Meter:

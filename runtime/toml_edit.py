@@ -3,30 +3,34 @@
 import re
 import tomllib
 from collections.abc import Mapping
+from typing import Any
 
-from echogrid.runtime.toml_lines import key_lines
+from echogrid.runtime.toml_lines import Place, key_lines
 
 
-def with_numbers(text: str, table: str, values: Mapping[str, float]) -> str:
-    """The text with these keys of a [table] set. Keys which are not there come after those which are.
+def with_numbers(text: str, table: str, values: Mapping[str, float], index: int | None = None) -> str:
+    """The text with these keys of a [table] set, or of the [[table]] with that index.
+
+    Keys which are not there come after those which are.
 
     Raises ValueError when the table is written in a way which can't be edited line by line.
     """
     lines = text.splitlines(keepends=True)
     known = key_lines(text)
-    missing = {key: value for key, value in values.items() if (table, key) not in known}
+    place: Place = (table,) if index is None else (table, index)
+    missing = {key: value for key, value in values.items() if (*place, key) not in known}
     for key in values.keys() - missing:
-        line = known[table, key] - 1
+        line = known[*place, key] - 1
         lines[line] = re.sub(
             rf"^(\s*{re.escape(key)}\s*=\s*)[^\s#]+", rf"\g<1>{_number(values[key])}", lines[line]
         )
-    if missing and (table,) in known:
-        at = max(known.get((table, key), known[table,]) for key in values)
+    if missing and place in known:
+        at = max(known.get((*place, key), known[place]) for key in values)
         end = "\r\n" if lines[at - 1].endswith("\r\n") else "\n"
         lines[at - 1] = lines[at - 1].rstrip("\r\n") + end
         lines[at:at] = [f"{key} = {_number(value)}{end}" for key, value in missing.items()]
     result = "".join(lines)
-    if not _is_that(result, text, table, values):
+    if not _is_that(result, text, place, values):
         raise ValueError(f"[{table}] is not written one key a line")
     return result
 
@@ -36,12 +40,15 @@ def _number(value: float) -> str:
     return repr(float(f"{value:.7g}"))
 
 
-def _is_that(result: str, text: str, table: str, values: Mapping[str, float]) -> bool:
+def _is_that(result: str, text: str, place: Place, values: Mapping[str, float]) -> bool:
     """Whether the result says what the text said, but for these values."""
     wanted = tomllib.loads(text)
-    if not isinstance(wanted.setdefault(table, {}), dict):
+    table: Any = wanted
+    for step in place:
+        table = table.setdefault(step, {}) if isinstance(table, dict) else table[step]
+    if not isinstance(table, dict):
         return False
-    wanted[table] |= {key: float(_number(value)) for key, value in values.items()}
+    table |= {key: float(_number(value)) for key, value in values.items()}
     try:
         return tomllib.loads(result) == wanted
     except tomllib.TOMLDecodeError:

@@ -17,7 +17,7 @@ def add(commands: "Commands") -> None:
     """Say what it takes."""
     parser = commands.add_parser("calibrate", help="measure the robot by runs that it drove")
     parts = parser.add_subparsers(metavar="WHAT", required=True)
-    odometry = parts.add_parser("odometry", help="radii and track of the wheels", description=__doc__)
+    odometry = parts.add_parser("odometry", help="measures of the wheels", description=__doc__)
     odometry.add_argument(
         "logs", type=Path, nargs="+", metavar="LOG", help="the folder of a recorded run, one run in each"
     )
@@ -32,7 +32,7 @@ def add(commands: "Commands") -> None:
         "--straight",
         type=length,
         metavar="METRES",
-        help="each is straight on, so far: finds the wheels' radius",
+        help="each is straight on, so far: finds the wheels' radius, and the zero of a steering",
     )
     odometry.add_argument(
         "--end",
@@ -68,7 +68,7 @@ def _written(found: "Calibration", path: Path | None) -> str:
 
     if path is None:
         return "nothing was written (--write robot.toml does it)"
-    changed = calibration.write(path, found.new)
+    changed = calibration.write(path, found)
     return f"{path}: {', '.join(changed) or 'nothing'} changed"
 
 

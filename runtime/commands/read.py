@@ -29,7 +29,7 @@ def add(commands: "Commands") -> None:
     parser.add_argument(
         "device",
         metavar="DEVICE",
-        help="the name of a [[sensor]] or [[wheel]] in robot.toml; with --port, the name of a driver",
+        help="the name of a [[sensor]], [[wheel]] or [[gyro]] in robot.toml; with --port, of a driver",
     )
     parser.add_argument(
         "--robot", type=Path, metavar="robot.toml", help="which robot (default: the emulated one, if it runs)"

@@ -55,7 +55,7 @@ def execute(arguments: argparse.Namespace) -> int:
             begin = _simulated if arguments.simulate else _live
             run = begin(config, arguments, stack, console)
         arguments.out.mkdir(parents=True, exist_ok=True)
-        log = _log(arguments, source, stack)
+        log = _log(arguments, source, config, stack)
         run.sinks = (log,) if log else ()
         _stop_on_signals(run)
         _go(run, arguments.duration or (_SIMULATED_S if arguments.simulate else None), console)
@@ -114,12 +114,15 @@ def _live(config: "Config", arguments: argparse.Namespace, stack: ExitStack, con
     return run
 
 
-def _log(arguments: argparse.Namespace, source: Path, stack: ExitStack) -> "LogWriter | None":
+def _log(
+    arguments: argparse.Namespace, source: Path, config: "Config", stack: ExitStack
+) -> "LogWriter | None":
     from echogrid.runtime.log_writer import LogWriter
 
     if arguments.log is None:
         return None
-    return stack.enter_context(LogWriter(arguments.log, source.read_text(encoding="utf-8")))
+    text = source.read_text(encoding="utf-8")
+    return stack.enter_context(LogWriter(arguments.log, text, bool(config.gyro), config.robot.wheels))
 
 
 def _stop_on_signals(run: "Run") -> None:

@@ -34,7 +34,7 @@ SPEC = RobotSpec(
 def directory(tmp_path: Path) -> Iterator[Path]:
     """A directory in which the robot is served by a thread."""
     wall = Surroundings(lambda fire_ns: (Echo(1.2345, 40.0, "wall"),), 343.21)
-    robot = EmulatedRobot(SPEC, lambda ranger: wall, lambda side, now_ns: 0.0)
+    robot = EmulatedRobot(SPEC, lambda ranger: wall, lambda _: lambda _: 0.0)
     stop = threading.Event()
     with Server(robot, tmp_path / "robot", MonotonicClock()) as server:
         thread = threading.Thread(target=server.run, args=(stop,))

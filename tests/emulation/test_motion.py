@@ -5,8 +5,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from echogrid.emulation.motion import Limits, Stroke, Tour
+from echogrid.emulation.motion import Limits, Tour
 from echogrid.emulation.offices import office, office_tour
+from echogrid.emulation.stroke import Stroke
 
 TOUR = office_tour()
 SQUARE = Tour(((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)), spins=frozenset({2}))

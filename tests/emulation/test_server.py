@@ -37,7 +37,7 @@ def robot() -> EmulatedRobot:
     return EmulatedRobot(
         SPEC,
         lambda ranger: Surroundings(lambda fire_ns: (Echo(1.5, 20.0, "wall"),), 343.21),
-        lambda side, now_ns: 0.0,
+        lambda _side: lambda _now_ns: 0.0,
     )
 
 
@@ -190,7 +190,7 @@ def test_faults_are_begun_listed_and_cleared_by_name(directory: Path) -> None:
     assert (left["name"], left["verb"]) == ("left", "delayed")
     assert 0 < left["for_s"] <= 60.0
     assert set(listed["verbs"]["wheel"]) == {
-        *("off", "unplug", "garbage", "delayed", "intermittent", "encoder_lost", "motor_failed")
+        *("off", "unplug", "garbage", "delayed", "intermittent", "encoder_lost", "motor_failed", "slip")
     }
     control(directory, clear="front")
     with i2c_client(directory) as client:

@@ -207,3 +207,19 @@ def test_a_gyro_keeps_the_heading_when_a_wheel_spins() -> None:
 
 def test_a_quarter_turn_on_the_spot() -> None:
     assert numbers(arc_step(Pose(1.0, 2.0), Motion(0.0, pi / 2.0))) == approx((1.0, 2.0, pi / 2.0))
+
+
+def test_after_a_restart_the_pose_is_that_of_wheels_which_stood() -> None:
+    """A log does not tell of restarts."""
+    told, untold = odometry(), odometry()
+    for drive in (told, untold):
+        drive.yaw_fusion = YawFusion(Gyro(), 1e-6)
+        for stamp_ms in range(0, 5000, 10):
+            drive.yaw_fusion.gyro.add(stamp_ms * MS, 0.3 if stamp_ms >= 2000 else 0.0)
+            angle = max(stamp_ms - 2000, 0) * 1e-3
+            drive.update(stamp_ms * MS, (angle, angle * 4.2))
+        drive.yaw_fusion.gyro.add(6000 * MS, 0.3)
+    told.update(5100 * MS, (2.99, 2.99 * 4.2), restarted=True)
+    untold.update(5100 * MS, (2.99, 2.99 * 4.2))
+    assert numbers(told.pose) == numbers(untold.pose)
+    assert told.covariance[2, 2] > untold.covariance[2, 2]

@@ -4,6 +4,7 @@ from hypothesis import strategies as st
 from pytest import approx
 
 from echogrid.drivers.readings import WheelReading
+from echogrid.mapping.kinematics import Tricycle
 from echogrid.mapping.wheel_pair import WheelAngles, WheelPair
 
 MS = 1_000_000
@@ -30,10 +31,7 @@ def stamps(steps: list[int], start: int = 0) -> list[int]:
 def feed(pair: WheelPair, readings: list[WheelReading]) -> list[WheelAngles]:
     pairs: list[WheelAngles] = []
     for reading in readings:
-        if reading.wheel == "left":
-            pair.left(reading)
-        else:
-            pairs += pair.right(reading)
+        pairs += pair.take(reading)
     return pairs
 
 
@@ -47,8 +45,8 @@ def test_both_wheels_at_steady_rates_are_read_at_the_left_one_s_stamps(
     pairs = feed(pair, readings)
     paired = [at for at in lefts if rights[0] <= at <= rights[-1]]
     assert [angles.stamp_ns for angles in pairs] == [at * MS for at in paired]
-    assert [angles.left for angles in pairs] == approx(paired)
-    assert [angles.right for angles in pairs] == approx([-2.0 * at for at in paired])
+    assert [angles.first for angles in pairs] == approx(paired)
+    assert [angles.second for angles in pairs] == approx([-2.0 * at for at in paired])
     assert len(pairs) + pair.unpaired + pair.waiting == len(lefts)
 
 
@@ -142,12 +140,12 @@ def test_a_wheel_that_restarts_while_both_turn_alike_does_not_turn_the_robot(nam
     readings = sorted([*lost, *steady(other, 5, 3000)], key=lambda each: each.stamp_ns)
     pair = WheelPair()
     pairs = feed(pair, readings)
-    leads = [each.left - each.right for each in pairs]
+    leads = [each.first - each.second for each in pairs]
     assert leads == approx([leads[0]] * len(leads), abs=1e-9)
     assert pair.restarts == 1
     assert [each.restarted for each in pairs].count(True) == 1
     assert pairs[-1].stamp_ns >= 2980 * MS
-    turned = pairs[-1].left - pairs[0].left
+    turned = pairs[-1].first - pairs[0].first
     assert turned == approx(3.0 - (back_ms - 490) * 1e-3, abs=0.05)
 
 
@@ -156,5 +154,28 @@ def test_a_gap_without_a_jump_keeps_what_the_wheels_turned_meanwhile() -> None:
     readings = sorted([*lefts, *steady("right", 5, 3000)], key=lambda each: each.stamp_ns)
     pair = WheelPair()
     pairs = feed(pair, readings)
-    assert pairs[-1].left == approx(pairs[-1].stamp_ns * 1e-9)
+    assert pairs[-1].first == approx(pairs[-1].stamp_ns * 1e-9)
     assert pair.restarts == 0
+
+
+def steered(drive: list[WheelReading], steering: list[WheelReading]) -> tuple[WheelPair, list[WheelAngles]]:
+    pair = WheelPair(Tricycle.wheels)
+    return pair, feed(pair, sorted([*drive, *steering], key=lambda each: each.stamp_ns))
+
+
+def test_a_driven_wheel_that_restarts_is_led_on_and_its_steering_stays_as_it_is_told() -> None:
+    drive = [*steady("drive", 0, 500), *jumping("drive", 1500, 3000, held=0.49)]
+    pair, pairs = steered(drive, steady("steering", 5, 3000, offset=-2.0))
+    assert [each.second for each in pairs] == approx([each.stamp_ns * 1e-9 - 2.0 for each in pairs])
+    (restart,) = (n for n, each in enumerate(pairs) if each.restarted)
+    assert pairs[restart].first == pairs[restart - 1].first
+    assert pair.restarts == 1
+
+
+def test_a_steering_that_restarts_is_no_restart_and_over_its_jump_nothing_is_guessed() -> None:
+    steering = [*steady("steering", 5, 500), *jumping("steering", 605, 3000, held=1.0)]
+    pair, pairs = steered(steady("drive", 0, 3000), steering)
+    assert (pair.restarts, [each.restarted for each in pairs].count(True)) == (0, 0)
+    assert [each.first for each in pairs] == approx([each.stamp_ns * 1e-9 for each in pairs])
+    assert not any(495 * MS < each.stamp_ns < 605 * MS for each in pairs)
+    assert pairs[-1].second == approx(1.0 + pairs[-1].stamp_ns * 1e-9 - 0.605)

@@ -1,6 +1,6 @@
 """Robots with wrong wheels drive right squares; what their odometry says of it is mended."""
 
-from math import hypot, pi
+from math import hypot, pi, sin
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pytest import approx
 
-from echogrid.mapping.kinematics import Differential
+from echogrid.mapping.kinematics import Ackermann, Differential, Tricycle
 from echogrid.mapping.odometry import Odometry
 from echogrid.mapping.wheel_runs import (
     WheelRun,
@@ -18,6 +18,8 @@ from echogrid.mapping.wheel_runs import (
     square_errors,
     straight_error,
     straight_scale,
+    straight_zero,
+    with_zero,
 )
 
 SIDE = 4.0
@@ -151,3 +153,37 @@ def test_the_worked_square_is_as_wrong_as_worked_out() -> None:
         approx((0.3358982, -0.2905241), abs=1e-6),
     ]
     assert max(hypot(end.x, end.y) for end in ends) == approx(0.4441080, abs=1e-6)
+
+
+@pytest.mark.parametrize("kind", [Tricycle, Ackermann])
+@given(zero=st.floats(-0.3, 0.3), scale=st.floats(0.8, 1.2), swing=st.floats(0.0, 0.2))
+def test_straight_runs_of_a_steered_robot_tell_its_scale_and_its_steering_s_zero(
+    kind: type[Tricycle | Ackermann], zero: float, scale: float, swing: float
+) -> None:
+    """It swings to either side, and ends as it looked at first."""
+    drive = kind(0.1, 0.8, 1e-4, 1e-4)
+    angle = 5.0 / (0.1 * scale)
+    rows = [(angle * part / 100, zero + swing * sin(part * pi / 25)) for part in range(101)]
+    run = WheelRun(np.array(rows))
+    assert straight_zero([run], drive) == approx(zero, abs=1e-6)
+    mended = with_zero(run, zero)
+    end = dead_reckoned(mended, drive)
+    measured = WheelRun(mended.angles, (hypot(end.x, end.y) * scale, 0.0))
+    assert straight_scale([measured], drive) == approx(scale)
+
+
+def test_a_steered_robot_that_stood_tells_no_zero() -> None:
+    with pytest.raises(ValueError, match="did not turn"):
+        straight_zero([WheelRun(np.zeros((5, 2)))], Tricycle(0.1, 0.8, 1e-4, 1e-4))
+
+
+@pytest.mark.parametrize("kind", [Tricycle, Ackermann])
+def test_a_steered_run_s_end_is_where_the_odometry_ends(kind: type[Tricycle | Ackermann]) -> None:
+    drive = kind(0.1, 0.8, 1e-4, 1e-4)
+    rows = [(0.5 * n, 0.6 * sin(0.1 * n)) for n in range(200)]
+    odometry = Odometry(drive)
+    for n, row in enumerate(rows):
+        odometry.update(n, row)
+    end = dead_reckoned(WheelRun(np.array(rows)), drive)
+    assert (end.x, end.y) == approx((odometry.pose.x, odometry.pose.y), abs=1e-9)
+    assert end.travelled == approx(odometry.travelled)

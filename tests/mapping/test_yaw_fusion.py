@@ -115,3 +115,23 @@ def test_the_bias_is_not_taken_while_the_wheels_turn() -> None:
     for start_ns in range(0, 2900 * MS, STEP):
         both.fused(start_ns, start_ns + STEP, Motion(0.0, 0.004, 1e-6, 1e-6))
     assert not gyro.settled
+
+
+def test_slips_and_their_time_are_counted() -> None:
+    both, start_ns = fusion(0.0)
+    for step in range(250):
+        turn = radians(2.0) if step in (10, 150) else 0.0
+        both.fused(start_ns + step * STEP, start_ns + (step + 1) * STEP, Motion(0.0, turn, 1e-6, 1e-6))
+    assert both.slips == 2
+    assert both.slipped_ns == 2 * 100 * STEP
+
+
+def test_the_bias_is_not_taken_over_a_time_in_which_a_wheel_may_have_restarted() -> None:
+    gyro = Gyro()
+    both = YawFusion(gyro, NOISE)
+    for stamp_ns in range(0, 4000 * MS, STEP):
+        gyro.add(stamp_ns, 0.01 if stamp_ns < 2000 * MS else 0.4)
+    for start_ns in range(0, 2000 * MS, STEP):
+        both.fused(start_ns, start_ns + STEP, STILL)
+    both.fused(2000 * MS, 3900 * MS, STILL)
+    assert gyro.bias == approx(0.01, abs=4e-3)

@@ -39,7 +39,7 @@ def test_a_run_needs_both_wheels(config: Config) -> None:
 @given(st.floats(0.9, 1.1), st.floats(1.0, 2.0), st.floats(0.1, 50.0))
 def test_the_drive_has_the_configured_measures(ratio: float, slip: float, error_mm: float) -> None:
     robot = RobotConfig("r", 0.06, 0.3, ratio, slip, error_mm)
-    drive = assembly.drive(Config(robot=robot))
+    drive = assembly.differential(Config(robot=robot), "this")
     assert drive.right_radius / drive.left_radius == pytest.approx(ratio)
     assert (drive.left_radius + drive.right_radius) / 2.0 == pytest.approx(0.06)
     assert drive.track == pytest.approx(0.3 * slip)

@@ -85,11 +85,11 @@ def test_a_turn_is_counter_clockwise(config: Config) -> None:
 
 def test_what_is_asked_is_kept_within_the_limits_on_the_same_curve(config: Config) -> None:
     limited = replace(config, drive=DriveConfig(max_speed_mps=0.4, max_turn_dps=60.0))
-    driving = Driving(limited, assembly.drive(limited))
+    driving = Driving(limited, assembly.differential(limited, "this test"))
     assert driving.ask(0, 0.8, 0.2) == approx((0.4, 0.1))
     assert driving.ask(0, 0.1, radians(120.0)) == approx((0.05, radians(60.0)))
     slow = replace(limited, wheel=tuple(replace(wheel, fastest_rad_s=2.0) for wheel in limited.wheel))
-    speed, turn_rate = Driving(slow, assembly.drive(slow)).ask(0, -0.4, 0.0)
+    speed, turn_rate = Driving(slow, assembly.differential(slow, "this test")).ask(0, -0.4, 0.0)
     assert speed == approx(-2.0 * (config.robot.wheel_radius_m or 0.0))
     assert turn_rate == 0.0
 

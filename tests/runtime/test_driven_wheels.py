@@ -42,6 +42,7 @@ MAKES = (
     Make("odrive-0.5", {"node": 3, "watchdog": True}, {}, "motor_failed", State.FAILED),
     Make("odrive-0.6", {"node": 3, "watchdog": True}, {}, "motor_failed", State.FAILED),
     Make("vesc", {"node": 3}, {}, "off", State.SILENT),
+    Make("cia402", {"node": 3, "counts_per_turn": 4096}, {}, "tripped", State.FAILED),
 )
 
 

@@ -111,7 +111,7 @@ def test_the_log_of_its_ticks_gives_the_same_map_offline(
     state.finish()
     odometry = assembly.odometry(config)
     wheels = [w for tick in ticks for w in tick.wheels]
-    poses = [(w.stamp_ns, odometry.update(w.stamp_ns, (w.left, w.right))) for w in wheels]
+    poses = [(w.stamp_ns, odometry.update(w.stamp_ns, w.both)) for w in wheels]
     log = Recording(config, poses, [("log:1", reading) for tick in ticks for reading in tick.ranges])
     stamps = [stamp_ns for stamp_ns, _ in poses]
     assert stamps == sorted(set(stamps))

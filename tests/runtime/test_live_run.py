@@ -19,6 +19,7 @@ from echogrid.drivers.device import Level
 from echogrid.drivers.errors import PortError
 from echogrid.drivers.readings import RangeReading
 from echogrid.emulation.control import request
+from echogrid.mapping.reckoning import YawRate
 from echogrid.mapping.wheel_pair import WheelAngles
 from echogrid.runtime import offline, recording, robot_file
 from echogrid.runtime.acquisition import DeviceReport
@@ -43,7 +44,9 @@ class Watcher:
         self.reports: Reports = {}
         self.read: Counter[str] = Counter()
 
-    def put(self, ranges: tuple[RangeReading, ...], wheels: tuple[WheelAngles, ...]) -> None:
+    def put(
+        self, ranges: tuple[RangeReading, ...], wheels: tuple[WheelAngles, ...], _: tuple[YawRate, ...]
+    ) -> None:
         reports = {report.device: report for report in self._run.acquisition.report(self._run.clock.now_ns())}
         with self._changed:
             self.reports = reports

@@ -20,7 +20,7 @@ PAIR = WheelAngles(3, 0.1, -2.0)
 
 def test_what_is_put_in_is_read_back_to_the_last_digit(tmp_path: Path) -> None:
     ranges = (echo(1_000_000_001, 0.1 + 0.2, "front"), told(1_500_000_000, Outcome.NO_ECHO, "left"))
-    pairs = tuple(WheelAngles(k * 500_000_000, 0.1 * k, 1 / 3 * k) for k in range(5))
+    pairs = tuple(WheelAngles(k * 500_000_000, 0.1 * k, 1 / 3 * k, k == 3) for k in range(5))
     with LogWriter(tmp_path, recordings.ROBOT) as log:
         log.put(ranges, pairs[:2])
         log.put((), pairs[2:])
@@ -31,7 +31,7 @@ def test_what_is_put_in_is_read_back_to_the_last_digit(tmp_path: Path) -> None:
     assert read.ranges[0][1].distance == 0.1 + 0.2
     rows = (tmp_path / "wheels.csv").read_text().splitlines()[1:]
     assert [tuple(map(float, row.split(","))) for row in rows] == [
-        (p.stamp_ns / 1e9, p.left, p.right) for p in pairs
+        (p.stamp_ns / 1e9, p.first, p.second, p.restarted) for p in pairs
     ]
     assert (log.lost, log.trouble, read.faults.counts) == (0, "", {})
 

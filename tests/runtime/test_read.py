@@ -127,7 +127,8 @@ def test_a_name_that_the_robot_has_not_is_told_with_the_nearest(
     robot: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["read", "frond", "--dir", str(robot)]) == 2
-    assert "no [[sensor]] or [[wheel]] named 'frond' (did you mean `front`?)" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert "no [[sensor]], [[wheel]] or [[gyro]] named 'frond' (did you mean `front`?)" in told
 
 
 def test_a_port_that_is_not_there_is_1_with_the_mend(capsys: pytest.CaptureFixture[str]) -> None:

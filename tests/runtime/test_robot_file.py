@@ -118,7 +118,11 @@ def test_all_mistakes_are_told_at_once_each_with_its_line(path: Path) -> None:
         ('"ring_45", "ring_225"', '"ring_46", "ring_225"', "firing.groups: there is no [[sensor]] named"),
         ('"ring_45", "ring_225"', '"ring_0", "ring_45"', "firing.groups: 'ring_0' stands in two groups"),
         ('["ring_45", "ring_225"]', "[]", "firing.groups: a group without rangers: take it out"),
-        ('name = "right"', 'name = "middle"', "wheel[1].name: expected one of left, right, not 'middle'"),
+        (
+            'name = "right"',
+            'name = "middle"',
+            "wheel[1].name: expected one of left, right, drive, steering, not 'middle'",
+        ),
         ('name = "right"', 'name = "left"', "wheel[1]: `name` is taken"),
         ("height_m = 40.0\n", "", "map: `width_m` and `height_m` go together"),
     ],

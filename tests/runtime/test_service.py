@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from echogrid.drivers.device import Health, State
 from echogrid.drivers.readings import RangeReading, Reading
+from echogrid.mapping.reckoning import YawRate
 from echogrid.mapping.wheel_pair import WheelAngles
 from echogrid.runtime.acquisition import DeviceReport
 from echogrid.runtime.loop import FixedRateLoop
@@ -50,7 +51,9 @@ class Tape:
         self.ranges: list[RangeReading] = []
         self.wheels: list[WheelAngles] = []
 
-    def put(self, ranges: tuple[RangeReading, ...], wheels: tuple[WheelAngles, ...]) -> None:
+    def put(
+        self, ranges: tuple[RangeReading, ...], wheels: tuple[WheelAngles, ...], _: tuple[YawRate, ...]
+    ) -> None:
         self.ranges += ranges
         self.wheels += wheels
 

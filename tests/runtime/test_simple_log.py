@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from echogrid.drivers.readings import Outcome
+from echogrid.mapping.kinematics import Differential
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.runtime import simple_log
@@ -130,7 +131,18 @@ def test_an_outcome_without_a_distance_comes_back(outcome: Outcome) -> None:
 def test_poses_and_wheel_angles_are_read() -> None:
     assert simple_log.pose(("1", "2", "-3", f"{pi!r}")) == (1_000_000_000, Pose(2.0, -3.0, pi))
     angles = simple_log.wheel_angles(("1", "2", "-3"))
-    assert (angles.stamp_ns, angles.left, angles.right) == (1_000_000_000, 2.0, -3.0)
+    assert (angles.stamp_ns, *angles.both, angles.restarted) == (1_000_000_000, 2.0, -3.0, False)
+
+
+@pytest.mark.parametrize(("cell", "restarted"), [("0", False), ("1", True)])
+def test_a_row_of_wheels_may_tell_of_a_restart(cell: str, restarted: bool) -> None:
+    assert simple_log.wheel_angles(("1", "2", "3", cell)).restarted is restarted
+
+
+@pytest.mark.parametrize("cell", ["", "2", "yes", "1.0"])
+def test_a_restart_that_is_neither_told_nor_denied_is_a_fault(cell: str) -> None:
+    with pytest.raises(RowFaultError, match=r"^unparsable$"):
+        simple_log.wheel_angles(("1", "2", "3", cell))
 
 
 @pytest.mark.parametrize(
@@ -154,7 +166,7 @@ def test_a_pose_or_angle_that_is_none_is_a_fault(cell: str, fault: str) -> None:
 def rows(tmp_path: Path, data: bytes) -> tuple[list[tuple[str, ...]], RowFaults]:
     folder = recordings.write(tmp_path, ranges=data)
     faults = RowFaults()
-    assert simple_log.missing(folder) == []
+    assert simple_log.missing(folder, Differential.wheels) == []
     return [row.cells for row in simple_log.rows(folder, simple_log.RANGES, faults)], faults
 
 
@@ -193,13 +205,13 @@ def test_short_rows_and_binary_junk_are_counted_with_the_first_one_s_line(tmp_pa
 
 
 def test_what_a_folder_lacks_is_told_at_once(tmp_path: Path) -> None:
-    assert simple_log.missing(tmp_path) == [
+    assert simple_log.missing(tmp_path, Differential.wheels) == [
         f"{tmp_path}/ranges.csv: no such file",
         f"{tmp_path}: neither poses.csv nor wheels.csv: one of them says where the robot was",
     ]
     (tmp_path / "ranges.csv").write_text("stamp_s,sensr\n")
     (tmp_path / "wheels.csv").write_text("")
-    assert simple_log.missing(tmp_path) == [
+    assert simple_log.missing(tmp_path, Differential.wheels) == [
         f"{tmp_path}/ranges.csv:1: the header lacks sensor, range_m: it must be stamp_s,sensor,range_m",
         f"{tmp_path}/wheels.csv:1: the header lacks stamp_s, left_rad, right_rad: "
         "it must be stamp_s,left_rad,right_rad",

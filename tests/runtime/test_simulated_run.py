@@ -9,6 +9,7 @@ import pytest
 from echogrid.drivers.device import Level
 from echogrid.drivers.readings import RangeReading
 from echogrid.emulation.robot import EmulatedRobot
+from echogrid.mapping.reckoning import YawRate
 from echogrid.mapping.wheel_pair import WheelAngles
 from echogrid.runtime import robot_file
 from echogrid.runtime.command_line import main
@@ -46,7 +47,9 @@ class Saboteur:
         self.counts_before: dict[str, Mapping[str, int]] = {}
         self.read_at_last: Counter[str] = Counter()
 
-    def put(self, ranges: tuple[RangeReading, ...], wheels: tuple[WheelAngles, ...]) -> None:
+    def put(
+        self, ranges: tuple[RangeReading, ...], wheels: tuple[WheelAngles, ...], _: tuple[YawRate, ...]
+    ) -> None:
         now_ns = self._run.clock.now_ns()
         reports = self._run.acquisition.report(now_ns)
         assert self._run.fusion.ledger.balances(self._run.fusion.waiting)

@@ -60,6 +60,12 @@ def test_the_ends_of_lines_stay_what_they_are() -> None:
     assert edited == text.replace("track_m = 0.32\r\n", "track_m = 0.5\r\nwheel_ratio = 1.5\r\n")
 
 
+def test_a_key_of_one_of_several_tables_is_set_in_that_one() -> None:
+    text = TEXT + "\n[[sensor]]\nx_m = 1.0\n\n[[sensor]]\n"
+    assert with_numbers(text, "sensor", {"x_m": 2.0}, 1) == text.replace("x_m = 1.0", "x_m = 2.0")
+    assert with_numbers(text, "sensor", {"x_m": 3.0}, 2) == text + "x_m = 3.0\n"
+
+
 def test_nothing_to_change_changes_nothing() -> None:
     assert with_numbers(TEXT, "robot", {}) == TEXT
 
