@@ -18,7 +18,8 @@ check: $(VENV)/test-ready
 	$(BIN)/ruff format --check $(CODE)
 	$(BIN)/mypy
 
-# Noise for the drivers of serial devices: 10 MB each, or as ARGS says (--bytes, --seed, names of drivers).
+# Noise for the drivers of serial devices, 10 MB each, and of wheels on CAN, a million frames each; or as ARGS
+# says (--bytes, --frames, --seed, names of drivers).
 fuzz: $(VENV)/test-ready
 	$(BIN)/python -m tests.fuzz $(ARGS)
 

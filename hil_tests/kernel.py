@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-MODULES = ("vhci-hcd", "i2c-dev", "i2c-tiny-usb", "srf08", "mb1232", "ftdi_sio", "vcan", "can-raw")
+MODULES = ("vhci-hcd", "i2c-dev", "i2c-tiny-usb", "srf08", "mb1232", "ftdi_sio", "vcan", "slcan", "can-raw")
 PROJECT = Path(__file__).parents[1]
 RULES = PROJECT / "udev" / "60-echogrid.rules"
 SYSUSERS = PROJECT / "deploy" / "echogrid.sysusers"
@@ -45,9 +45,9 @@ def remove_rules(name: str) -> None:
     command("udevadm", "control", "--reload")
 
 
-def add_vcan(name: str) -> None:
-    """A virtual CAN interface, up."""
-    command("ip", "link", "add", name, "type", "vcan")
+def add_vcan(name: str, fd: bool = False) -> None:
+    """A virtual CAN interface, up; with or without CAN-FD."""
+    command("ip", "link", "add", name, "mtu", "72" if fd else "16", "type", "vcan")
     command("ip", "link", "set", name, "up")
 
 

@@ -14,6 +14,8 @@ from echogrid.emulation.buses.can_bus import CanBus
 from echogrid.emulation.buses.i2c_bus import I2cBus
 from echogrid.emulation.buses.serial_line import SerialLine
 from echogrid.emulation.devices.a02yyuw import A02yyuwSensor
+from echogrid.emulation.devices.can_node import CanNode
+from echogrid.emulation.devices.device import EmulatedDevice
 from echogrid.emulation.devices.i2c_chip import I2cChip
 from echogrid.emulation.devices.odrive import ODriveAxis, ODriveOptions
 from echogrid.emulation.devices.srf08 import Srf08Chip, Srf08Options
@@ -99,22 +101,30 @@ class KernelDevices:
 
     def can(self, interface: str, speeds: Mapping[int, float], estimates_ns: int = ESTIMATES_NS) -> None:
         """An ODrive axis for each node, whose wheel turns at that speed (rad/s) and is told of so often."""
-        started_ns = self.clock.now_ns()
-
-        def angle(speed: float) -> Callable[[int], float]:
-            return lambda now_ns: speed * (now_ns - started_ns) * 1e-9
-
         nodes = [
             ODriveAxis(
                 f"axis {node}",
-                angle(speed),
+                self.turning(speed),
                 Random(node),
                 ODriveOptions(node, estimates_ns=estimates_ns),
             )
             for node, speed in speeds.items()
         ]
+        self.can_nodes(interface, nodes)
+
+    def can_nodes(self, interface: str, nodes: Sequence[CanNode]) -> None:
+        """These nodes on a CAN interface, switched on."""
         bus = CanBus(interface, BIT_RATE, nodes)
         self._plug(interface, bus, VcanWire(bus, interface, self.clock, self.loop))
+
+    def turning(self, speed: float) -> Callable[[int], float]:
+        """The angle of a wheel that turns at that speed (rad/s), from 0 now."""
+        started_ns = self.clock.now_ns()
+        return lambda now_ns: speed * (now_ns - started_ns) * 1e-9
+
+    def fail(self, device: EmulatedDevice, verb: str, for_ns: int) -> None:
+        """Have a device fail for so long."""
+        self._do(lambda: device.fault(verb, self.clock.now_ns(), for_ns))
 
     def unplug(self, name: str) -> None:
         """Pull its cable."""

@@ -1,6 +1,5 @@
 """CAN frames on the kernel's own bus, judged by can-utils."""
 
-import re
 import socket
 import struct
 import subprocess
@@ -9,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import closing
 
 from pytest import approx, fixture, mark
+from tests.drivers.candump import logged
 
 from echogrid.drivers.bus import CanFrame
 from echogrid.drivers.readings import WheelReading
@@ -22,7 +22,6 @@ from hil_tests.pumping import Readout, odrive
 
 EMULATED, QUIET = "vcan0", "vcan1"
 FRAME = struct.Struct("=IB3x8s")
-DUMPED = re.compile(r"\((\d+)\.(\d{6})\) \w+ ([0-9A-F]{3})#([0-9A-F]*)")
 DUMP = 60
 """How many frames candump shows."""
 MILLISECOND_NS = 1_000_000
@@ -54,14 +53,6 @@ def monotonic_of(wall_ns: int) -> int:
     return wall_ns - time.time_ns() + time.monotonic_ns()
 
 
-def dumped(text: str) -> list[tuple[int, int, bytes]]:
-    """Wall clock (ns), identifier and data of each line of candump -L."""
-    return [
-        (int(seconds) * 1_000_000_000 + int(micros) * 1000, int(identifier, 16), bytes.fromhex(data))
-        for seconds, micros, identifier, data in DUMPED.findall(text)
-    ]
-
-
 def test_candump_shows_the_frames_that_the_driver_reads(wheels: None, measure: Measure) -> None:
     frames: list[CanFrame] = []
     with closing(CanPort(EMULATED)) as port:
@@ -72,14 +63,14 @@ def test_candump_shows_the_frames_that_the_driver_reads(wheels: None, measure: M
         while dump.poll() is None:
             frames += port.read(0.1)
         frames += port.read(0.1)
-    shown = dumped(dump.communicate()[0])
+    shown = logged(dump.communicate()[0])
     ours = [(frame.identifier, frame.data) for frame in frames]
-    theirs = [(identifier, data) for _, identifier, data in shown]
+    theirs = [(frame.identifier, frame.data) for frame in shown]
     begins = [at for at in range(len(ours)) if ours[at : at + len(theirs)] == theirs]
     assert (len(theirs), len(begins)) == (DUMP, 1)
     apart_ns = [
-        abs(frame.stamp_ns - monotonic_of(wall_ns))
-        for frame, (wall_ns, _, _) in zip(frames[begins[0] :], shown, strict=False)
+        abs(frame.stamp_ns - monotonic_of(other.stamp_ns))
+        for frame, other in zip(frames[begins[0] :], shown, strict=False)
     ]
     measure(f"stamps of {len(theirs)} frames differ from candump's by at most {max(apart_ns) / 1e3:.0f} us")
     assert max(apart_ns) < MILLISECOND_NS

@@ -44,7 +44,7 @@ DRIVERS: dict[str, Callable[[Entry], Device[Any, Any]]] = {
 def served(tmp_path_factory: TempPathFactory) -> Iterator[Path]:
     """The folder of an emulated robot's ports."""
     robot = EmulatedRobot(
-        SPEC, lambda _: Wall(DISTANCE).surroundings(), lambda _, now_ns: RATE * now_ns * 1e-9
+        SPEC, lambda _: Wall(DISTANCE).surroundings(), lambda _: lambda now_ns: RATE * now_ns * 1e-9
     )
     folder = tmp_path_factory.mktemp("robot")
     stop = threading.Event()

@@ -32,3 +32,20 @@ def _once_us(work: Callable[[], int]) -> float:
     start = perf_counter()
     items = work()
     return (perf_counter() - start) * 1e6 / items
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """What a core is busy with for something that goes on all the time."""
+
+    what: str
+    items: int
+    """1/s."""
+    percent: float
+    """Of a core, if they come one by one."""
+    at_once: float
+    """The same, if they come in batches."""
+
+    def __str__(self) -> str:
+        each_us = self.percent * 1e4 / self.items
+        return f"| {self.what} | {self.items} | {each_us:.1f} | {self.percent:.2f} | {self.at_once:.2f} |"

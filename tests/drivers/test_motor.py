@@ -18,7 +18,7 @@ class Words:
         return ("enable",)
 
     def drive(self, rate: float) -> Sequence[str]:
-        return (f"{rate:g}",)
+        return (f"{rate:.6g}",)
 
     def let_go(self) -> Sequence[str]:
         return ("0", "off")
@@ -162,7 +162,12 @@ def test_it_never_speeds_up_faster_than_it_may_nor_turns_without_being_asked(
         words = [word for word in motor.step(now_ns, driven, able) if word not in ("enable", "off")]
         assert len(words) <= 1
         told = float(words[0]) if words else 0.0
-        assert not told or (driven and able and rate and abs(told) <= abs(rate) + 1e-4 and told * rate > 0)
+        if told:
+            assert driven
+            assert able
+            assert rate is not None
+            assert (told > 0) == (rate > 0)
+            assert abs(told) <= abs(rate) * (1 + 1e-5)
         rates.append(told)
     for before, after in pairwise(rates):
         grown = abs(after) - (abs(before) if before * after > 0 else 0.0)

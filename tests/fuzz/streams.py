@@ -1,6 +1,5 @@
 """Noise, bent words and true ones thrown at the driver of a serial device, through its public door."""
 
-from dataclasses import dataclass, field
 from itertools import pairwise
 from math import isnan
 from random import Random
@@ -9,8 +8,10 @@ from typing import Any
 from echogrid.drivers import registry
 from echogrid.drivers.device import State, Step
 from echogrid.drivers.readings import Outcome, RangeReading
+from echogrid.drivers.yaw_gyro import is_for_gyros
 
 from .corpus import MS, START_NS, UNASKED, conversed, emulated, recorded, subject
+from .tally import Tally
 
 BLOCK = 4_000
 """Bytes between two looks whether it finds its feet."""
@@ -21,28 +22,18 @@ AHEAD_NS = 50 * MS
 request and the sound take their time."""
 
 
-@dataclass(slots=True)
-class Tally:
-    """What became of a driver."""
-
-    driver: str
-    bytes_fed: int = 0
-    readings: int = 0
-    resyncs: int = 0
-    faults: list[str] = field(default_factory=list)
-
-
 def serial_drivers() -> list[str]:
     """All rangers on serial lines."""
-    return [name for name in registry.BUILT_IN if registry.driver(name).bus == "serial"]
+    drivers = {name: registry.driver(name) for name in registry.BUILT_IN}
+    return [name for name, each in drivers.items() if each.bus == "serial" and not is_for_gyros(each)]
 
 
 def fuzz(name: str, count: int, seed: int) -> Tally:
     """Feed a driver at least so many bytes; what it does that it must not ends in `faults`, with the seed."""
     ordeal = Ordeal(name, seed)
     try:
-        while ordeal.tally.bytes_fed < count:
-            ordeal.disturb(min(BLOCK, count - ordeal.tally.bytes_fed))
+        while ordeal.tally.fed < count:
+            ordeal.disturb(min(BLOCK, count - ordeal.tally.fed))
             ordeal.calm_down()
     except Exception as error:  # noqa: BLE001 - any is what is looked for
         ordeal.blame(f"raises {error!r}")
@@ -53,7 +44,7 @@ class Ordeal:
     """One driver, and what is done to it. All chance comes from the seed."""
 
     def __init__(self, name: str, seed: int) -> None:
-        self.tally = Tally(name)
+        self.tally = Tally(name, "bytes")
         self._name, self._seed = name, seed
         self._random = Random(f"{name}/{seed}")
         self._words = recorded(name, seed)
@@ -68,8 +59,8 @@ class Ordeal:
 
     def disturb(self, count: int) -> None:
         """So many bytes of all kinds."""
-        until = self.tally.bytes_fed + count
-        while self.tally.bytes_fed < until:
+        until = self.tally.fed + count
+        while self.tally.fed < until:
             if not self._streams and self._random.random() < 0.1:
                 self._wait()
             for chunk in self._cut(self._speech()):
@@ -87,7 +78,7 @@ class Ordeal:
 
     def blame(self, what: str) -> None:
         """Note what it must not do."""
-        self.tally.faults.append(f"{what} (after {self.tally.bytes_fed} bytes of seed {self._seed})")
+        self.tally.blame(what, self._seed)
 
     def _find_frame(self) -> None:
         """Of two messages the second is read, as by a device that heard no noise before."""
@@ -152,7 +143,7 @@ class Ordeal:
         given, at_ns = [], self._now_ns + after_ns
         while self._due_ns < at_ns:
             given += self._step(max(self._due_ns, self._now_ns), ())
-        self.tally.bytes_fed += len(chunk)
+        self.tally.fed += len(chunk)
         return given + self._step(at_ns, (chunk,) if chunk else ())
 
     def _wait(self) -> list[RangeReading]:
