@@ -1,4 +1,7 @@
-"""How good a map is, against the truth. Cells outside `judged` do not count."""
+"""How good a map of walls is, against the truth. Cells outside `judged` do not count.
+
+What is said here of a map that calls cells occupied or empty, probability_scores.py says of probabilities.
+"""
 
 from dataclasses import dataclass
 
@@ -6,6 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Mask = NDArray[np.bool_]
+
+FAR = 2
+"""Cells: what is further from every wall is a phantom, and a wall so far from all found ones is missed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,6 +22,10 @@ class MapQuality:
     recall: float
     phantoms: float
     """The part of the cells called occupied which lie more than two cells from any wall."""
+    missed: float
+    """The part of the walls which lie more than two cells from any cell called occupied."""
+    overlap: float
+    """Intersection over union, cell by cell, without any tolerance."""
 
     @property
     def f1(self) -> float:
@@ -42,14 +52,19 @@ def quality(occupied: Mask, walls: Mask, judged: Mask, tolerance: int = 1) -> Ma
     A wall counts as found if a cell called occupied is within the tolerance of it.
     """
     called, true = occupied & judged, walls & judged
-    hits = called & within(walls, tolerance)
-    found = true & within(called, tolerance)
-    phantoms = called & ~within(walls, 2)
     return MapQuality(
-        _part(hits, called),
-        _part(found, true),
-        _part(phantoms, called),
+        precision=_part(called & within(walls, tolerance), called),
+        recall=_part(true & within(called, tolerance), true),
+        phantoms=_part(called & ~within(walls, FAR), called),
+        missed=_part(true & ~within(called, FAR), true),
+        overlap=_part(called & true, called | true),
     )
+
+
+def free_recall(empty: Mask, walls: Mask, judged: Mask) -> float:
+    """The part of the free space that the map calls empty; what it does not know it does not call so."""
+    free = judged & ~walls
+    return _part(free & empty, free)
 
 
 def _part(cells: Mask, of: Mask) -> float:

@@ -161,6 +161,24 @@ def test_a_removed_obstacle_that_is_seen_again_as_free_at_10_hz_is_gone_within_2
     assert not near
 
 
+@settings(deadline=None, max_examples=50)
+@given(st.floats(0.3, 1.5), st.floats(-3.0, 3.0), st.sampled_from([1.0, None]))
+def test_cells_of_a_removed_obstacle_that_was_surely_there_are_free_within_2_s(
+    obstacle: float, yaw: float, behind: float | None
+) -> None:
+    """By 20 echoes from behind it or, near the axis, by as many silences."""
+    local, robot = local_grid(), Pose(0.03, 0.07, yaw)
+    for _ in range(300):
+        local.fuse(robot, SONAR, obstacle, SECOND)
+    cone = cast(local.geometry, Sounding(robot, SONAR, obstacle, 0.1))
+    gone = cone.occupied if behind else cone.occupied & (cone.bearing < radians(3.0))
+    cells = cone.rows[gone], cone.cols[gone]
+    assert np.all(local.grid.occupancy()[cells] > 0.85)
+    for _ in range(20):
+        local.fuse(robot, SONAR, obstacle + behind if behind else None, SECOND)
+    assert np.all(local.grid.occupancy()[cells] < 0.5)
+
+
 def test_an_obstacle_is_seen_in_its_sector_at_its_distance() -> None:
     local, robot = local_grid(), Pose(0.05, 0.05, 0.0)
     local.fuse(robot, SONAR, 1.0, SECOND)
