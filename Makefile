@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 ARGS ?=
 CODE := src/echogrid/*/ src tests hil_tests examples
 
-.PHONY: run test check fuzz bench faults hil evaluate figures lock clean
+.PHONY: run test check fuzz bench faults hil evaluate learn figures lock clean
 
 run: $(VENV)/run-ready
 	$(BIN)/echogrid run $(ARGS)
@@ -42,6 +42,11 @@ hil: $(VENV)/test-ready
 ROBOND ?= ../shared/data/udacity
 evaluate: $(VENV)/run-ready
 	$(BIN)/echogrid evaluate $(if $(wildcard $(ROBOND)),--robond $(ROBOND)) $(ARGS)
+
+# The numbers of the networks that judge evidence, learned anew in the worlds made for it (minutes).
+learn: $(VENV)/test-ready
+	$(BIN)/python -m echogrid.runtime.learning mapping/calibrated_weights.py
+	$(BIN)/ruff format --quiet src/echogrid/mapping/calibrated_weights.py
 
 # The pictures in the docs.
 figures: $(VENV)/run-ready

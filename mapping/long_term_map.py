@@ -41,11 +41,11 @@ class LongTermMap:
         self._tolerance = tolerance
         self._submap = Submap(Pose(), theory(geometry))
 
-    def fuse(self, transducer: Pose, ranger: Ranger, echo_distance: float | None) -> bool:
+    def fuse(self, transducer: Pose, ranger: Ranger, echo_distance: float | None, stamp_ns: int = 0) -> bool:
         """Fuse a ping sent from `transducer` (map frame); False if it said nothing about the map's area."""
         grid = self._submap.grid
         seat = self._submap.anchor.inverse().compose(transducer)
-        return grid.update(Sounding(seat, ranger, echo_distance, self._tolerance)) is not None
+        return grid.update(Sounding(seat, ranger, echo_distance, self._tolerance, stamp_ns)) is not None
 
     def render(self) -> MapImage:
         """The published map."""

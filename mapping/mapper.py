@@ -135,7 +135,7 @@ class Mapper:
             self._drop(reading, reading.outcome.value)
             return
         distance = reading.distance if reading.outcome is Outcome.ECHO else None
-        if self.map.fuse(ping.transducer, ping.ranger, distance):
+        if self.map.fuse(ping.transducer, ping.ranger, distance, reading.stamp_ns):
             self.ledger.fused += 1
         else:
             self._drop(reading, "no echo" if distance is None else "outside the map")

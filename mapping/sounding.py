@@ -16,3 +16,5 @@ class Sounding:
     """m, the reading s; None: nothing came back within the ranger's reach."""
     tolerance: float
     """m: half the thickness of the band in which the obstacle lies, at least."""
+    stamp_ns: int = 0
+    """When the sound met the obstacle; of no weight for a map."""

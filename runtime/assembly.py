@@ -1,5 +1,6 @@
 """From a configuration to the parts of a run: one place where they are put together."""
 
+from collections.abc import Callable
 from math import radians
 from typing import Any
 
@@ -16,6 +17,7 @@ from echogrid.mapping.odometry import Odometry
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.pose_buffer import PoseBuffer
 from echogrid.mapping.stop_layer import StopLayer, StopZone
+from echogrid.mapping.theory import Theory
 from echogrid.mapping.verification import Believer, Verifier
 from echogrid.mapping.virtual_sensor import Sight, VirtualSensor
 from echogrid.mapping.yaw_fusion import YawFusion
@@ -74,13 +76,18 @@ def fusion(config: Config) -> Fusion:
 
 def mapper(config: Config, area: GridGeometry, poses: PoseBuffer, most_waiting: int | None = 4096) -> Mapper:
     """The long-term map over an area, and what feeds it."""
-    long_term = LongTermMap(
-        area,
-        config.map.tolerance_m,
-        lambda grid: BayesGrid(grid, MAP_LIMIT, config.map.model, config.map.no_echo),
-    )
+    long_term = LongTermMap(area, config.map.tolerance_m, theory(config))
     rangers = (sensor.ranger() for sensor in config.sensor)
     return Mapper(rangers, poses, long_term, most_waiting, verifier(config))
+
+
+def theory(config: Config) -> Callable[[GridGeometry], Theory]:
+    """What makes a grid of the configured theory."""
+    if config.map.theory == "calibrated":
+        from echogrid.mapping.calibrated import CalibratedGrid
+
+        return CalibratedGrid
+    return lambda grid: BayesGrid(grid, MAP_LIMIT, config.map.model, config.map.no_echo)
 
 
 def verifier(config: Config) -> Verifier | Believer:

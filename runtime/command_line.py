@@ -12,6 +12,7 @@ from echogrid.runtime.commands import (
     drive,
     emulate,
     evaluate,
+    explain,
     fault,
     make_map,
     read,
@@ -22,7 +23,20 @@ from echogrid.runtime.commands import (
 )
 from echogrid.runtime.errors import UsageError
 
-_COMMANDS = (run, make_map, schedule, scan, read, set_address, calibrate, drive, emulate, fault, evaluate)
+_COMMANDS = (
+    run,
+    make_map,
+    schedule,
+    scan,
+    read,
+    set_address,
+    calibrate,
+    drive,
+    emulate,
+    fault,
+    evaluate,
+    explain,
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

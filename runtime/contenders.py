@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from math import radians
+from typing import Self
 
 import numpy as np
 
@@ -50,6 +51,12 @@ class SurerBayes(BayesGrid):
         """Fuse one ping; the cells of which it spoke."""
         belief = np.where(cone.occupied, cone.belief * self.times, cone.belief)
         return super().fuse(replace(cone, belief=belief))
+
+    def copy(self) -> Self:
+        """An independent twin."""
+        twin = super().copy()
+        twin.times = self.times
+        return twin
 
 
 def surer_bayes(form: Form, no_echo: NoEcho, times: float) -> Maker:

@@ -20,7 +20,9 @@ def add(commands: "Commands") -> None:
     parser.add_argument("log", type=Path, metavar="LOG", help="the folder of the recording")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="where the map files go")
     parser.add_argument("--format", choices=("simple", "robond"), default="simple")
-    parser.add_argument("--theory", choices=("bayes",), help="how evidence is fused (default: as configured)")
+    parser.add_argument(
+        "--theory", choices=("bayes", "calibrated"), help="how evidence is fused (default: as configured)"
+    )
     parser.add_argument(
         "--no-echo", choices=("ignore", "weak", "clear"), help="what silence means (default: as configured)"
     )

@@ -1,5 +1,6 @@
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from echogrid.mapping.cone import cast
@@ -50,6 +51,14 @@ def test_turning_max_occ_is_turning_it_in_the_equation(times: float) -> None:
     assert theory.occupancy()[empty] == pytest.approx(
         (1.0 - cone.belief[~cone.occupied]).clip(0.01), abs=1e-3
     )
+
+
+def test_a_twin_is_as_sure() -> None:
+    theory = surer_bayes(Form.PRINTED, NoEcho.IGNORE, 0.75)("museum", GRID)
+    twin = theory.copy()
+    for each in (theory, twin):
+        each.update(PING.sounding)
+    assert np.array_equal(twin.occupancy(), theory.occupancy())
 
 
 def test_the_largest_change_is_that_of_either_direction() -> None:

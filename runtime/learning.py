@@ -1,0 +1,123 @@
+"""Learning the networks that judge evidence, in the worlds made for it, and writing down their numbers."""
+
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from textwrap import wrap
+
+import numpy as np
+from numpy.typing import NDArray
+
+from echogrid.emulation.worlds.school import school
+from echogrid.mapping.calibrated import SUREST, Judge, spoken_of
+from echogrid.mapping.evidence import CellEvidence
+from echogrid.mapping.evidence_features import context_features, own_features
+from echogrid.mapping.network import Floats, Network
+from echogrid.mapping.network_training import Lesson, learned
+from echogrid.runtime.map_suite import arena, judged_cells
+from echogrid.runtime.ring_recording import soundings
+
+WORLDS = 96
+PARTS = (0.003, 0.02, 0.1, 0.3, *(1.0,) * 5)
+"""Of the lap: how much of it has been heard when the map is looked at. At its end it counts most."""
+PER_LOOK = 400
+"""Cells that are learned from each time."""
+LESSON = Lesson(hidden=10, epochs=20, seed=1)
+DIGITS = 4
+"""Of each number that is shipped."""
+WIDTH = 105
+"""Of its lines."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """One look at a map."""
+
+    features: Floats
+    """(rows, cols, n)."""
+    known: NDArray[np.bool_]
+    chosen: NDArray[np.intp]
+    """(k,) the cells that are learned from, by their flat index."""
+    occupied: NDArray[np.bool_]
+    """(k,)."""
+
+
+def looks(seed: int) -> list[Look]:
+    """What a ring of sonars tells of a world made by chance in the course of a lap, and what is true.
+
+    A map is looked at long before the lap is over: what little it knows then must be calibrated, too.
+    """
+    venue = school(seed)
+    geometry = arena(venue)
+    walls, judged = judged_cells(venue, geometry)
+    heard = soundings(venue, seed)
+    evidence, random, taken = CellEvidence(geometry), np.random.default_rng(seed), []
+    ends = [round(part * len(heard)) for part in PARTS]
+    for start, end in pairwise([0, *ends]):
+        for sounding in heard[start:end]:
+            evidence.add(sounding)
+        known = spoken_of(evidence)
+        chosen = random.choice(np.flatnonzero(judged & known), PER_LOOK)
+        taken.append(Look(own_features(evidence.statistics), known, chosen, walls.ravel()[chosen]))
+    return taken
+
+
+def taught(all_looks: Sequence[Look], lesson: Lesson = LESSON) -> Judge:
+    """Both networks: the second one learns from what the first one says."""
+    occupied = np.concatenate([each.occupied for each in all_looks])
+    samples = [_rows(each.features, each.chosen) for each in all_looks]
+    own = _shortened(learned(np.concatenate(samples), occupied, lesson))
+    seen = [
+        np.concatenate((sample, _rows(context_features(_first_look(own, each)), each.chosen)), axis=-1)
+        for each, sample in zip(all_looks, samples, strict=True)
+    ]
+    return Judge(own, _shortened(learned(np.concatenate(seen), occupied, lesson)))
+
+
+def learn(worlds: int = WORLDS) -> Judge:
+    """All of it, in as many processes as there are cores."""
+    with ProcessPoolExecutor() as pool:
+        return taught([look for world in pool.map(looks, range(worlds)) for look in world])
+
+
+def write(judge: Judge, path: Path) -> None:
+    """The numbers, as the module that ships with the program."""
+    path.write_text("".join(f"{line}\n" for line in _module(judge)), encoding="utf-8")
+
+
+def _first_look(own: Network, each: Look) -> Floats:
+    log_odds = np.zeros(each.known.shape)
+    log_odds[each.known] = np.clip(own.log_odds(each.features[each.known]), -SUREST, SUREST)
+    return log_odds
+
+
+def _rows(features: Floats, chosen: NDArray[np.intp]) -> Floats:
+    return features.reshape(-1, features.shape[-1])[chosen]
+
+
+def _shortened(network: Network) -> Network:
+    """The same with no more digits than are shipped."""
+    return Network.of({name: _text(array) for name, array in network.numbers().items()})
+
+
+def _text(array: Floats) -> str:
+    return " ".join(f"{number:.{DIGITS}g}" for number in array.ravel())
+
+
+def _module(judge: Judge) -> Iterator[str]:
+    yield '"""The numbers of the networks that judge evidence, written by `make learn`: not to be edited."""'
+    for name, network in zip(("OWN", "CONTEXT"), judge, strict=True):
+        yield ""
+        yield f"{name} = {{"
+        for field, array in network.numbers().items():
+            yield f'    "{field}": """'
+            yield from wrap(_text(array), WIDTH, initial_indent=" " * 8, subsequent_indent=" " * 8)
+            yield '    """,'
+        yield "}"
+
+
+if __name__ == "__main__":
+    write(learn(), Path(sys.argv[1]))

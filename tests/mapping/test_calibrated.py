@@ -1,0 +1,108 @@
+from math import cos, pi, radians, sin
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pytest import approx
+
+from echogrid.mapping.calibrated import CalibratedGrid, shipped
+from echogrid.mapping.evidence import CellEvidence
+from echogrid.mapping.evidence_features import around, context_features, own_features
+from echogrid.mapping.grid import GridGeometry
+from echogrid.mapping.pose import Pose
+from echogrid.mapping.ranger import Ranger
+from echogrid.mapping.sounding import Sounding
+
+from .strategies import poses, rangers
+
+GEOMETRY = GridGeometry.covering(-3.0, -3.0, 3.0, 3.0, 0.1)
+SONAR = Ranger("sonar", Pose(), radians(15.0), 0.1, 5.0)
+
+soundings = st.builds(Sounding, poses(3.0), rangers(), st.none() | st.floats(0.0, 4.0), st.just(0.12))
+
+
+def past_a_wall() -> list[Sounding]:
+    """A robot that drives along a wall at y = 1, and hears it from the side; nothing answers from ahead."""
+    aside = [Sounding(Pose(x, 0.0, pi / 2.0), SONAR, 1.0, 0.12) for x in np.arange(-2.0, 2.0, 0.11)]
+    ahead = [Sounding(Pose(x, 0.0, 0.0), SONAR, None, 0.12) for x in np.arange(-2.0, 0.0, 0.11)]
+    return [*aside, *ahead]
+
+
+def grid(pings: list[Sounding]) -> CalibratedGrid:
+    made = CalibratedGrid(GEOMETRY)
+    for ping in pings:
+        made.update(ping)
+    return made
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.lists(soundings, max_size=8))
+def test_probabilities_are_such_and_half_where_nobody_spoke(pings: list[Sounding]) -> None:
+    made = grid(pings)
+    occupancy = made.occupancy()
+    assert np.all(np.isfinite(occupancy))
+    assert np.all((occupancy >= 0.0) & (occupancy <= 1.0))
+    assert np.all(occupancy[made.unknown()] == 0.5)
+
+
+def test_a_wall_is_occupied_and_the_way_along_it_free() -> None:
+    made = grid(past_a_wall())
+    occupancy = made.occupancy()
+    wall = [occupancy[GEOMETRY.cell(x, 1.0)] for x in np.arange(-1.5, 1.5, 0.1)]
+    free = [occupancy[GEOMETRY.cell(x, 0.5)] for x in np.arange(-1.5, 1.5, 0.1)]
+    assert np.median(wall) > 0.8
+    assert max(free) < 0.1
+    assert made.unknown()[GEOMETRY.cell(0.0, 2.0)]
+
+
+def test_silence_alone_makes_nothing_known() -> None:
+    made = grid([Sounding(Pose(), SONAR, None, 0.12)])
+    assert made.unknown().all()
+    assert np.all(made.occupancy() == 0.5)
+
+
+def test_two_hundred_pings_from_one_spot_move_a_cell_no_more_than_three_from_three_spots() -> None:
+    target = (1.0, 0.0)
+    spots = [(cos(a), sin(a)) for a in (0.0, 0.7, -0.7)]
+    seats = [Pose(target[0] - x, target[1] - y, a) for (x, y), a in zip(spots, (0.0, 0.7, -0.7), strict=True)]
+    three = grid([Sounding(seat, SONAR, 1.0, 0.12) for seat in seats])
+    stubborn = grid([Sounding(seats[0], SONAR, 1.0, 0.12)] * 200)
+    cell = GEOMETRY.cell(*target)
+    assert abs(stubborn.occupancy()[cell] - 0.5) <= abs(three.occupancy()[cell] - 0.5)
+
+
+def test_the_order_of_two_pings_of_different_places_does_not_matter() -> None:
+    one = Sounding(Pose(-2.5, -2.5, 0.0), SONAR, 1.0, 0.12)
+    other = Sounding(Pose(2.5, 2.5, pi), SONAR, 1.0, 0.12)
+    assert np.array_equal(grid([one, other]).occupancy(), grid([other, one]).occupancy())
+
+
+def test_a_twin_goes_its_own_way() -> None:
+    made = grid(past_a_wall())
+    twin, before = made.copy(), made.occupancy()
+    twin.update(Sounding(Pose(0.0, 0.0, -pi / 2.0), SONAR, 1.0, 0.12))
+    assert np.array_equal(made.occupancy(), before)
+    assert not np.array_equal(twin.unknown(), made.unknown())
+
+
+def test_the_shipped_networks_know_as_many_features_as_there_are() -> None:
+    features = own_features(CellEvidence(GEOMETRY).statistics)
+    context = context_features(np.zeros(GEOMETRY.shape))
+    assert len(shipped().own.mean) == features.shape[-1]
+    assert len(shipped().context.mean) == features.shape[-1] + context.shape[-1]
+
+
+@given(st.integers(0, 3))
+def test_the_sum_around_is_that_of_the_square(reach: int) -> None:
+    values = np.random.default_rng(reach).random((7, 9))
+    padded = np.pad(values, reach)
+    side = 2 * reach + 1
+    by_hand = [[padded[r : r + side, c : c + side].sum() for c in range(9)] for r in range(7)]
+    assert around(values, reach) == approx(np.array(by_hand))
+
+
+def test_a_line_stands_out_along_itself_whatever_its_direction() -> None:
+    for line in (np.eye(21), np.eye(21)[::-1], np.ones((21, 1)) * (np.arange(21) == 10)):
+        highest, across = context_features(line)[10, 10, [1, 3]]
+        assert highest == approx(1.0)
+        assert across == approx(1.0 / 7.0)

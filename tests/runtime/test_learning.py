@@ -1,0 +1,50 @@
+from pathlib import Path
+from runpy import run_path
+
+import numpy as np
+from pytest import fixture
+
+from echogrid.mapping.calibrated import Judge
+from echogrid.mapping.network import Network
+from echogrid.mapping.network_training import Lesson
+from echogrid.runtime.learning import Look, looks, taught, write
+
+LESSON = Lesson(hidden=3, epochs=2)
+
+
+@fixture(scope="module")
+def seen() -> list[Look]:
+    return [*looks(2), *looks(5)]
+
+
+@fixture(scope="module")
+def judge(seen: list[Look]) -> Judge:
+    return taught(seen, LESSON)
+
+
+def test_what_is_learned_from_is_known_and_both_free_and_occupied(seen: list[Look]) -> None:
+    for each in seen:
+        assert each.known.ravel()[each.chosen].all()
+        assert 0.02 < each.occupied.mean() < 0.6
+
+
+def test_even_a_short_lesson_tells_walls_from_free_floor(seen: list[Look], judge: Judge) -> None:
+    other = looks(8)[-1]
+    odds = judge.own.log_odds(other.features.reshape(-1, other.features.shape[-1])[other.chosen])
+    assert np.median(odds[other.occupied]) > np.median(odds[~other.occupied]) + 2.0
+
+
+def test_the_same_worlds_teach_the_same(seen: list[Look], judge: Judge) -> None:
+    again = taught(seen, LESSON)
+    assert np.array_equal(again.context.hidden, judge.context.hidden)
+
+
+def test_what_is_written_down_is_what_was_learned(judge: Judge, tmp_path: Path) -> None:
+    write(judge, tmp_path / "weights.py")
+    numbers = run_path(str(tmp_path / "weights.py"))
+    for name, network in zip(("OWN", "CONTEXT"), judge, strict=True):
+        read = Network.of(numbers[name])
+        assert all(
+            np.array_equal(a, b)
+            for a, b in zip(read.numbers().values(), network.numbers().values(), strict=True)
+        )
