@@ -31,10 +31,10 @@ class Judge(NamedTuple):
     def log_odds(self, evidence: CellEvidence) -> Floats:
         """(rows, cols) of occupied; 0 where no echo has spoken."""
         known = spoken_of(evidence)
-        features = own_features(evidence.statistics)
+        features = own_features(evidence.statistics, evidence.geometry.resolution)
         first = np.zeros(evidence.geometry.shape)
         first[known] = np.clip(self.own.log_odds(features[known]), -SUREST, SUREST)
-        surroundings = context_features(first)[known]
+        surroundings = context_features(first, evidence.geometry.resolution)[known]
         result = np.zeros_like(first)
         result[known] = self.context.log_odds(np.concatenate((features[known], surroundings), axis=-1))
         return result

@@ -8,6 +8,8 @@ from echogrid.mapping.evidence import MILLI, Statistics
 
 Floats = NDArray[np.float64]
 
+_USUAL = 0.1
+"""m: the cells with which it was learned."""
 _HIT, _MISS = 0.05, 0.15
 _NEVER = 6.0
 """m: a cell that was never hit counts as hit from so far."""
@@ -18,9 +20,15 @@ _ALONG = 3
 _ANGLES = 8
 
 
-def own_features(s: Statistics) -> Floats:
-    """(rows, cols, n) of each cell and its neighbours."""
+def own_features(s: Statistics, resolution: float) -> Floats:
+    """(rows, cols, n) of each cell, with sides of `resolution` (m), and its neighbours.
+
+    They mean the same whatever the resolution: of smaller cells more are looked at, and each has a smaller
+    share of an echo.
+    """
+    finer = _finer(resolution)
     hit, miss, silent, share = (each / MILLI for each in (s.hit, s.miss, s.silent, s.share))
+    share = share * (_USUAL / resolution) ** 2
     nearest = np.where(s.nearest > 0, np.minimum(s.nearest / MILLI, _NEVER), _NEVER)
     columns = [
         np.log1p(hit),
@@ -36,19 +44,21 @@ def own_features(s: Statistics) -> Floats:
         np.log1p(share),
     ]
     for reach in (1, 2):
-        columns.append(np.log((around(hit, reach) + _HIT) / (around(miss, reach) + _MISS)))
-        columns.append(np.log1p(around(share, reach)))
-    columns.append(np.log1p(around(hit + miss, _REGION)))
+        near_hit, near_miss, near_share = (_sum(each, reach, finer) for each in (hit, miss, share))
+        columns.append(np.log((near_hit + _HIT) / (near_miss + _MISS)))
+        columns.append(np.log1p(near_share))
+    columns.append(np.log1p(_sum(hit + miss, _REGION, finer)))
     return np.stack([column.astype(np.float64) for column in columns], axis=-1)
 
 
-def context_features(log_odds: Floats) -> Floats:
+def context_features(log_odds: Floats, resolution: float) -> Floats:
     """(rows, cols, m) of the surroundings, given how likely each cell seemed by itself.
 
     A wall is a line: the means of the log-odds along pieces of line in eight directions, the highest, the
     second, the one across the highest and the lowest; and the means around.
     """
-    means = _along(log_odds)
+    finer = _finer(resolution)
+    means = _along(log_odds, _ALONG * finer)
     order = np.sort(means, axis=0)
     across = (means.argmax(axis=0) + _ANGLES // 2) % _ANGLES
     columns = [
@@ -57,7 +67,7 @@ def context_features(log_odds: Floats) -> Floats:
         order[-2],
         np.take_along_axis(means, across[np.newaxis], axis=0)[0],
         order[0],
-        *(around(log_odds, reach) / (2 * reach + 1) ** 2 for reach in (1, 2, 4)),
+        *(_sum(log_odds, reach, finer) / (2 * reach + 1) ** 2 for reach in (1, 2, 4)),
     ]
     return np.stack(columns, axis=-1)
 
@@ -71,15 +81,25 @@ def around(values: Floats, reach: int) -> Floats:
     return result
 
 
-def _along(values: Floats) -> Floats:
-    """(8, rows, cols) the means along pieces of line."""
+def _finer(resolution: float) -> int:
+    """How many cells there are to a side of a usual one."""
+    return max(1, round(_USUAL / resolution))
+
+
+def _sum(values: Floats, reach: int, finer: int) -> Floats:
+    """What `around` would be with usual cells: the mean over as large a square, times its usual cells."""
+    return around(values, reach * finer) * ((2 * reach + 1) / (2 * reach * finer + 1)) ** 2
+
+
+def _along(values: Floats, reach: int) -> Floats:
+    """(8, rows, cols) the means along pieces of line of 2 `reach` + 1 cells."""
     rows, cols = values.shape
-    padded = np.pad(values, _ALONG)
+    padded = np.pad(values, reach)
     means = []
     for angle in np.arange(_ANGLES) * np.pi / _ANGLES:
         total = np.zeros_like(values)
-        for step in range(-_ALONG, _ALONG + 1):
+        for step in range(-reach, reach + 1):
             down, right = round(step * np.sin(angle)), round(step * np.cos(angle))
-            total += padded[_ALONG + down : _ALONG + down + rows, _ALONG + right : _ALONG + right + cols]
-        means.append(total / (2 * _ALONG + 1))
+            total += padded[reach + down : reach + down + rows, reach + right : reach + right + cols]
+        means.append(total / (2 * reach + 1))
     return np.array(means)

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import cos, pi, sin
 
+from echogrid.emulation.acoustics import Transducer
 from echogrid.emulation.hearing import Outing, Ranger, scene_of
 from echogrid.emulation.scene import Kind
 from echogrid.emulation.transducers import POLAROID
@@ -17,6 +18,7 @@ from echogrid.emulation.worlds import WORLDS, Venue
 SONARS = 16
 REACH_M = 5.0
 RING_RADIUS_M = 0.25
+SONAR = replace(POLAROID, reach=REACH_M)
 _GAP_NS = 35_000_000
 _SECOND_NS = 1_000_000_000
 _KINDS = tuple(kind.name.lower() for kind in Kind if kind is not Kind.CROSSTALK)
@@ -32,9 +34,8 @@ class Shares:
     """By the kind of echo: "wall", "bounce" (by way of mirrors) and so on."""
 
 
-def ring() -> list[Ranger]:
+def ring(sonar: Transducer = SONAR) -> list[Ranger]:
     """The sonars, all around a robot."""
-    sonar = replace(POLAROID, reach=REACH_M)
     bearings = [2.0 * pi * index / SONARS for index in range(SONARS)]
     return [
         Ranger(f"ring_{index}", (RING_RADIUS_M * cos(b), RING_RADIUS_M * sin(b), b), sonar)

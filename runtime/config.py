@@ -228,7 +228,7 @@ class MapConfig:
     height_m: float | None = None
     tolerance_m: float = 0.1
     model: Form = Form.CONSISTENT
-    theory: Literal["bayes", "calibrated"] = "bayes"
+    theory: Literal["bayes", "calibrated"] = "calibrated"
     no_echo: NoEcho = NoEcho.WEAK
     pose_gap_s: float = 0.5
 

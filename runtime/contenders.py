@@ -22,6 +22,8 @@ from echogrid.runtime.ring_recording import HALF_ANGLE, RingPing
 
 NARROWEST = radians(5.0)
 """Of the cone at full speed."""
+CALIBRATED = 0.35
+"""What is likelier than that is called occupied; chosen in the worlds made to learn from."""
 FASTEST = 0.4
 """m/s: what the tours' robot drives at most."""
 
@@ -75,7 +77,9 @@ def contenders() -> tuple[Contender, ...]:
     steady = _bayes(Form.CONSISTENT, NoEcho.IGNORE)
     by_the_book = [_bayes(form, no_echo) for form in Form for no_echo in NoEcho]
     adaptive = replace(steady, name=f"{steady.name}, beta by speed", hear=by_speed, numbers=None)
-    calibrated = Contender("calibrated", partial(everywhere, CalibratedGrid), saturates=False, numbers={})
+    calibrated = Contender(
+        "calibrated", partial(everywhere, CalibratedGrid), saturates=False, threshold=CALIBRATED, numbers={}
+    )
     return (*by_the_book, adaptive, calibrated)
 
 

@@ -5,27 +5,35 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
+from math import radians
 from pathlib import Path
 from textwrap import wrap
 
 import numpy as np
 from numpy.typing import NDArray
 
+from echogrid.emulation.transducers import TRANSDUCERS
 from echogrid.emulation.worlds.school import school
 from echogrid.mapping.calibrated import SUREST, Judge, spoken_of
 from echogrid.mapping.evidence import CellEvidence
 from echogrid.mapping.evidence_features import context_features, own_features
 from echogrid.mapping.network import Floats, Network
 from echogrid.mapping.network_training import Lesson, learned
-from echogrid.runtime.map_suite import arena, judged_cells
-from echogrid.runtime.ring_recording import soundings
+from echogrid.runtime.map_suite import RESOLUTION_M, arena, judged_cells
+from echogrid.runtime.ring_recording import POLAROID, Sonar, soundings
 
-WORLDS = 96
-PARTS = (0.003, 0.02, 0.1, 0.3, *(1.0,) * 5)
+WORLDS = 128
+PARTS = (0.003, 0.02, 0.1, 0.3, *(1.0,) * 8)
 """Of the lap: how much of it has been heard when the map is looked at. At its end it counts most."""
-PER_LOOK = 400
+PER_LOOK = 250
 """Cells that are learned from each time."""
 LESSON = Lesson(hidden=10, epochs=20, seed=1)
+OTHERS = (
+    Sonar(TRANSDUCERS["a02yyuw"], radians(8.0), 2.5),
+    Sonar(TRANSDUCERS["srf08"], radians(15.0), 3.0),
+    Sonar(TRANSDUCERS["a02yyuw"], radians(15.0), 3.0),
+)
+"""So that what is learned is not the one beam."""
 DIGITS = 4
 """Of each number that is shipped."""
 WIDTH = 105
@@ -45,6 +53,12 @@ class Look:
     """(k,)."""
 
 
+def sonar_of(seed: int) -> Sonar:
+    """What the ring of a world is made of: Polaroids, in each fourth world others, told to be narrower."""
+    turn, other = divmod(seed, 4)
+    return OTHERS[turn % len(OTHERS)] if other == 3 else POLAROID
+
+
 def looks(seed: int) -> list[Look]:
     """What a ring of sonars tells of a world made by chance in the course of a lap, and what is true.
 
@@ -53,7 +67,7 @@ def looks(seed: int) -> list[Look]:
     venue = school(seed)
     geometry = arena(venue)
     walls, judged = judged_cells(venue, geometry)
-    heard = soundings(venue, seed)
+    heard = soundings(venue, seed, sonar_of(seed))
     evidence, random, taken = CellEvidence(geometry), np.random.default_rng(seed), []
     ends = [round(part * len(heard)) for part in PARTS]
     for start, end in pairwise([0, *ends]):
@@ -61,7 +75,9 @@ def looks(seed: int) -> list[Look]:
             evidence.add(sounding)
         known = spoken_of(evidence)
         chosen = random.choice(np.flatnonzero(judged & known), PER_LOOK)
-        taken.append(Look(own_features(evidence.statistics), known, chosen, walls.ravel()[chosen]))
+        taken.append(
+            Look(own_features(evidence.statistics, geometry.resolution), known, chosen, walls.ravel()[chosen])
+        )
     return taken
 
 
@@ -71,7 +87,9 @@ def taught(all_looks: Sequence[Look], lesson: Lesson = LESSON) -> Judge:
     samples = [_rows(each.features, each.chosen) for each in all_looks]
     own = _shortened(learned(np.concatenate(samples), occupied, lesson))
     seen = [
-        np.concatenate((sample, _rows(context_features(_first_look(own, each)), each.chosen)), axis=-1)
+        np.concatenate(
+            (sample, _rows(context_features(_first_look(own, each), RESOLUTION_M), each.chosen)), axis=-1
+        )
         for each, sample in zip(all_looks, samples, strict=True)
     ]
     return Judge(own, _shortened(learned(np.concatenate(seen), occupied, lesson)))

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from math import inf, radians
 
 from echogrid.drivers.readings import Outcome, classify
-from echogrid.emulation.acoustics import speed_of_sound
+from echogrid.emulation.acoustics import Transducer, speed_of_sound
 from echogrid.emulation.hearing import Outing, scene_of
 from echogrid.emulation.worlds import Venue
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sounding import Sounding
-from echogrid.runtime.acoustics_check import REACH_M, SONARS, ring
+from echogrid.runtime.acoustics_check import REACH_M, SONAR, SONARS, ring
 from echogrid.runtime.loop import SECOND_NS
 
 HALF_ANGLE = radians(15.0)
@@ -30,6 +30,21 @@ _LATER_NS = 7_000_000
 
 
 @dataclass(frozen=True, slots=True)
+class Sonar:
+    """What the ring is made of, and what a map is told of it."""
+
+    transducer: Transducer = SONAR
+    half_angle: float = HALF_ANGLE
+    """rad."""
+    reach: float = REACH_M
+    """m: what is heard from further away is not heard."""
+
+
+POLAROID = Sonar()
+"""With that everything is judged."""
+
+
+@dataclass(frozen=True, slots=True)
 class RingPing:
     """A ping of the ring, from where it was when the sound met the obstacle."""
 
@@ -40,30 +55,32 @@ class RingPing:
     """m/s, of the robot."""
 
 
-def record(venue: Venue, seed: int) -> Iterator[RingPing]:
+def record(venue: Venue, seed: int, sonar: Sonar = POLAROID) -> Iterator[RingPing]:
     """The pings of one lap, in their order; a world and a seed give the same bits.
 
     Obstacles within the blanking distance, of which no map is made, are left out.
     """
     outing = Outing(venue.world, lambda now_ns: venue.tour.pose(now_ns / SECOND_NS), seed)
     speed_of_air = speed_of_sound(venue.world.temperature)
-    sonars = ring()
-    scenes = [scene_of(outing, sonar) for sonar in sonars]
-    rangers = [Ranger(sonar.name, Pose(*sonar.mount), HALF_ANGLE, NEAREST_M, REACH_M) for sonar in sonars]
+    sonars = ring(sonar.transducer)
+    scenes = [scene_of(outing, each) for each in sonars]
+    rangers = [
+        Ranger(each.name, Pose(*each.mount), sonar.half_angle, NEAREST_M, sonar.reach) for each in sonars
+    ]
     for number in range(round(venue.tour.lap_time * SECOND_NS) // GAP_NS):
         index = number * _STRIDE % SONARS
         fired_ns = number * GAP_NS + seed * _LATER_NS
         echoes = scenes[index](fired_ns)
-        outcome, distance = classify(echoes[0].distance if echoes else inf, NEAREST_M, REACH_M)
+        outcome, distance = classify(echoes[0].distance if echoes else inf, NEAREST_M, sonar.reach)
         if outcome is Outcome.TOO_CLOSE:
             continue
         echo = distance if outcome is Outcome.ECHO else None
-        stamp_ns = fired_ns + round((echo or REACH_M) / speed_of_air * SECOND_NS)
+        stamp_ns = fired_ns + round((echo or sonar.reach) / speed_of_air * SECOND_NS)
         seat = Pose(*outing.pose_of(sonars[index], stamp_ns))
         speed, _ = venue.tour.twist(stamp_ns / SECOND_NS)
         yield RingPing(Sounding(seat, rangers[index], echo, TOLERANCE_M, stamp_ns), speed)
 
 
-def soundings(venue: Venue, seed: int) -> list[Sounding]:
+def soundings(venue: Venue, seed: int, sonar: Sonar = POLAROID) -> list[Sounding]:
     """The pings of one lap as a theory takes them."""
-    return [ping.sounding for ping in record(venue, seed)]
+    return [ping.sounding for ping in record(venue, seed, sonar)]

@@ -67,4 +67,6 @@ def _recording(arguments: argparse.Namespace) -> "Recording":
         )
     except ValueError as error:
         raise UsageError([f"echogrid map: {error}"]) from error
+    if arguments.no_echo and chosen.theory != "bayes":
+        raise UsageError([f"echogrid map: --no-echo is for --theory bayes, not {chosen.theory}"])
     return replace(told, config=replace(told.config, map=chosen))

@@ -86,8 +86,8 @@ def test_a_twin_goes_its_own_way() -> None:
 
 
 def test_the_shipped_networks_know_as_many_features_as_there_are() -> None:
-    features = own_features(CellEvidence(GEOMETRY).statistics)
-    context = context_features(np.zeros(GEOMETRY.shape))
+    features = own_features(CellEvidence(GEOMETRY).statistics, GEOMETRY.resolution)
+    context = context_features(np.zeros(GEOMETRY.shape), GEOMETRY.resolution)
     assert len(shipped().own.mean) == features.shape[-1]
     assert len(shipped().context.mean) == features.shape[-1] + context.shape[-1]
 
@@ -103,6 +103,18 @@ def test_the_sum_around_is_that_of_the_square(reach: int) -> None:
 
 def test_a_line_stands_out_along_itself_whatever_its_direction() -> None:
     for line in (np.eye(21), np.eye(21)[::-1], np.ones((21, 1)) * (np.arange(21) == 10)):
-        highest, across = context_features(line)[10, 10, [1, 3]]
+        highest, across = context_features(line, 0.1)[10, 10, [1, 3]]
         assert highest == approx(1.0)
         assert across == approx(1.0 / 7.0)
+
+
+def test_with_smaller_cells_a_wall_is_as_sure_as_with_usual_ones() -> None:
+    fine = CalibratedGrid(GridGeometry.covering(-3.0, -3.0, 3.0, 3.0, 0.05))
+    for ping in past_a_wall():
+        fine.update(ping)
+    usual, finer = grid(past_a_wall()).occupancy(), fine.occupancy()
+    walls = [
+        np.median([image[geometry.cell(x, 1.01)] for x in np.arange(-1.5, 1.5, 0.1)])
+        for image, geometry in ((usual, GEOMETRY), (finer, fine.geometry))
+    ]
+    assert walls[1] == approx(walls[0], abs=0.15)

@@ -182,7 +182,18 @@ def test_an_impossible_resolution_is_2_and_nothing_is_written(
 
 def test_what_is_told_on_the_command_line_goes_before_the_configuration(told: Told, tmp_path: Path) -> None:
     folder = recordings.write(tmp_path / "log")
-    told("map", folder, "--out", tmp_path / "coarse", "--resolution", "0.2", "--no-echo", "ignore")
+    told(
+        "map",
+        folder,
+        "--out",
+        tmp_path / "coarse",
+        "--resolution",
+        "0.2",
+        "--theory",
+        "bayes",
+        "--no-echo",
+        "ignore",
+    )
     assert "resolution: 0.2\n" in (tmp_path / "coarse/map.yaml").read_text()
     report = json.loads((tmp_path / "coarse/report.json").read_text())
     assert report["dropped"]["no echo"] == report["outcomes"]["no echo"]

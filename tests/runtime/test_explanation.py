@@ -15,6 +15,7 @@ from .recordings import POSES_HEADER, RANGES_HEADER
 
 ROBOT = """
 [map]
+theory = "bayes"
 no_echo = "weak"
 [[sensor]]
 name = "front"
