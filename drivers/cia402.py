@@ -181,10 +181,9 @@ class Cia402Axis:
         state = self._report.state(now_ns)
         able = setup.done and self._report.operational(now_ns) and state is not None and state not in FAULTS
         self._commands.state = state
-        stop = () if able else self._motor.parting()
         driven = self._commands.prepared and state is DriveState.ENABLED
         told = self._motor.step(now_ns, driven, able)
-        return (*stop, *told, *self._commands.step(now_ns))
+        return (*told, *self._commands.step(now_ns))
 
     def _deadline_ns(self, now_ns: int) -> int:
         if self._setup is None:

@@ -17,6 +17,8 @@ from echogrid.drivers.ticker import Ticker
 
 CONTROL = mapping(0x6040, 0, 16)
 TARGET_VELOCITY = mapping(0x60FF, 0, 32)
+STAND = SdoWrite(0x60FF, 0, bytes(4))
+"""A drive that is enabled already turns at its old target as soon as the mode is set."""
 MODE = SdoWrite(0x6060, 0, b"\x03")
 """Profile velocity."""
 STOP_WITHOUT_MASTER = SdoWrite(0x6007, 0, b"\x03\x00")
@@ -109,7 +111,7 @@ class VelocityCommands:
     def _prepare(self) -> SdoCourse[str]:
         settings = self._settings
         pdo = Pdo(settings.rpdo, (CONTROL, TARGET_VELOCITY))
-        trouble = yield from do_all((*canopen_pdo.receive(settings.node, pdo), MODE))
+        trouble = yield from do_all((*canopen_pdo.receive(settings.node, pdo), STAND, MODE))
         if trouble:
             return trouble
         guard = yield self._consumer(MASTER_LOST_MS)

@@ -230,7 +230,7 @@ class Moteus:
             self._restarted |= self._uptime.restarted(stamp_ns, milliseconds)
             self._gap = False
         elif self._told is not None:
-            self._gap = stamp_ns - self._told[0] > GAP_NS
+            self._gap |= stamp_ns - self._told[0] > GAP_NS
 
     def _located(self, replies: Replies) -> bool:
         """Whether it knows where it is. Angle and velocity of each source have a bit of the validity."""

@@ -71,15 +71,20 @@ class Motor(Generic[Out]):
         return bool(rate) and not self._armed
 
     def step(self, now_ns: int, driven: bool, able: bool) -> Sequence[Out]:
-        """What is to be sent now. `driven`: it says that it obeys; `able`: it is heard, and has no fault."""
+        """What is to be sent now. `driven`: it says that it obeys; `able`: it is heard, and has no fault.
+
+        One that is able no longer is let go, once, whether it hears that or not.
+        """
         if self._throttle is None or now_ns < self._due_ns:
             return ()
         self._due_ns = now_ns + PERIOD_NS
         asked = self._throttle.rate(now_ns)
         if asked is None:
             return self.parting()
-        self._armed = able and (asked == 0.0 or (self._armed and driven >= self._driven))
-        self._driven = driven and able
+        if not able:
+            return self.parting()
+        self._armed = self._throttle.stands(now_ns) or (self._armed and driven)
+        self._driven = driven
         self._throttle.obeyed = self.obeys
         if not (self._driven and self._armed):
             self._rate = 0.0

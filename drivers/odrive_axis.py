@@ -113,6 +113,7 @@ class CansimpleAxis:
         self._heartbeat = None
         self._encoder.lost()
         self._motor.lost()
+        self._commands.enabled = False
 
     def health(self, now_ns: int) -> Health:
         """How it is."""
@@ -143,6 +144,8 @@ class CansimpleAxis:
         """What must come before its motor turns; empty if nothing must, or nobody wants it to."""
         if not self._motor.asked(now_ns) or self._motor.obeys:
             return ""
+        if self._usurped:
+            return "; in closed loop by somebody else: set it idle, and startup_closed_loop_control off"
         if not self._watched:
             return "; enabled when its watchdog is seen to expire: is axis.config.enable_watchdog on?"
         return "; it turns after a command to stand" if self._motor.waits(now_ns) else "; being enabled"
@@ -155,9 +158,15 @@ class CansimpleAxis:
         if heartbeat is None or not self._alive(now_ns):
             return self._motor.step(now_ns, driven=False, able=False)
         self._commands.expired = heartbeat.expired
-        able = self._inquiry.right and self._watched and not heartbeat.unsettled
+        able = self._inquiry.right and self._watched and not (heartbeat.unsettled or self._usurped)
         able = able and (heartbeat.expired or not heartbeat.faults)
         return self._motor.step(now_ns, heartbeat.state == CLOSED_LOOP, able)
+
+    @property
+    def _usurped(self) -> bool:
+        """Whether it is in closed loop, but not by us: in what mode, with which watchdog, nobody knows."""
+        heartbeat = self._heartbeat
+        return heartbeat is not None and heartbeat.state == CLOSED_LOOP and not self._commands.enabled
 
     @property
     def _watched(self) -> bool:

@@ -21,12 +21,15 @@ class OdriveCommands:
         """`gear` is the encoder's turns for one of the wheel, `clear` the data of Clear_Errors."""
         self.expired = False
         """Whether it is only its own watchdog that must be cleared before it can be enabled."""
+        self.enabled = False
+        """Whether it is we who have enabled it."""
         self._node = node
         self._turns_per_radian = gear / tau
         self._clear = clear
 
     def enable(self) -> tuple[CanFrame, ...]:
         """Velocity control at zero, then the closed loop."""
+        self.enabled = True
         clear = (self._frame(cansimple.CLEAR_ERRORS, self._clear),) if self.expired else ()
         return (
             *clear,
@@ -43,6 +46,7 @@ class OdriveCommands:
 
     def let_go(self) -> tuple[CanFrame, ...]:
         """Stand, and be idle."""
+        self.enabled = False
         return (*self.drive(0.0), self._frame(cansimple.SET_STATE, _STATE.pack(IDLE)))
 
     def _frame(self, command: int, data: bytes) -> CanFrame:

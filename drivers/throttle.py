@@ -25,6 +25,11 @@ class Throttle:
         """Ask for nothing any more: the motor shall be let go."""
         self._asked = None
 
+    def stands(self, now_ns: int) -> bool:
+        """Whether it is asked, freshly, to stand."""
+        asked = self._asked
+        return asked is not None and asked[1] == 0.0 and now_ns - asked[0] <= FRESH_NS
+
     def rate(self, now_ns: int) -> float | None:
         """The rate, rad/s; 0 if it is no longer fresh; None if nothing is asked for."""
         asked = self._asked  # another thread may ask at any time

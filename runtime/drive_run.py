@@ -26,6 +26,8 @@ from echogrid.runtime.pump import Pump
 from echogrid.runtime.reading_queue import ReadingQueue
 
 SHOWN_EVERY_NS = 500_000_000
+LEAST_HZ = 20.0
+"""More slowly the wheels would stop between ticks, as nobody asked them anew within 200 ms."""
 
 
 @dataclass(slots=True)
@@ -75,8 +77,13 @@ def driven(config: Config, folder: Path, wanted: Wanted) -> Iterator[DriveRun]:
     devices, driving = wheel_lines(config)
     pumps = pumped(devices, real_ports(config, devices, folder), clock, queue)
     with ThreadedAcquisition(pumps, queue) as acquisition:
-        loop = FixedRateLoop(clock, config.loop.rate_hz)
+        loop = drive_loop(clock, config)
         yield DriveRun(Excursion(driving, wanted), assembly.odometry(config), loop, acquisition)
+
+
+def drive_loop(clock: Clock, config: Config) -> FixedRateLoop:
+    """The loop in which the wheels are asked: the robot's own, unless that is too slow for it."""
+    return FixedRateLoop(clock, max(config.loop.rate_hz, LEAST_HZ))
 
 
 def pumped(

@@ -171,6 +171,7 @@ def _with_throttle(part: _Part, throttles: Mapping[str, Throttle], problems: lis
     if part.role.listen_only:
         silent = f"{part.name} can't be driven: bus {part.bus!r} has listen_only = true"
         problems.append(((*part.place, "bus"), silent))
+        return part
     role = replace(part.role, throttle=throttles[part.name])
     try:
         device = part.driver(role, part.settings)
@@ -240,5 +241,12 @@ def _mixtures(config: Config, parts: list[_Part]) -> Iterator[Problem]:
             yield place, f"{part.name}: say its `baud` here, not `bit_rate` at the bus alone"
         if part.driver.line is not first.driver.line:
             yield place, f"{part.name} and {first.name} can't share bus {part.bus!r}: one talks unasked"
-        elif ways and others and ways != others:
-            yield place, f"{part.name} and {first.name} differ on bus {part.bus!r}: {ways} and {others}"
+        elif ways and others and ways != others and not (_alike(ways, others) and bit_rates[part.bus]):
+            differ = f"{part.name} and {first.name} differ on bus {part.bus!r}: {ways} and {others}"
+            mend = " (set them up alike, and say that `bit_rate` at the bus)"
+            yield place, differ + (mend if _alike(ways, others) else "")
+
+
+def _alike(ways: Mapping[str, object], others: Mapping[str, object]) -> bool:
+    """Whether two devices on CAN differ in nothing but the bit rate, which can be set."""
+    return {**ways, "bitrate": None} == {**others, "bitrate": None}

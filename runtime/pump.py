@@ -64,10 +64,12 @@ class Pump(Generic[In, Out]):
 
     def close(self) -> None:
         """Say what is to be sent last, if it still can be, and let the port go."""
-        if self.state is PortState.OPEN and (parting := self.line.parting(self._clock.now_ns())):
-            with suppress(PortError):
-                self.port.write(parting)
-        self.port.close()
+        try:
+            if self.state is PortState.OPEN and (parting := self.line.parting(self._clock.now_ns())):
+                with suppress(PortError):
+                    self.port.write(parting)
+        finally:
+            self.port.close()
         self.state = PortState.CLOSED
 
     def _open(self) -> None:

@@ -262,6 +262,15 @@ def test_many_turns_are_told_as_finely_as_single_precision_is() -> None:
     assert bench.counts["positions out of range"] == 1
 
 
+def test_a_silence_counts_also_if_the_first_reply_after_it_is_not_believed() -> None:
+    bench = Bench()
+    bench.counter = False
+    bench.say(40.0)
+    bench.wait(500 * MS)
+    bench.say(0.0, nan)
+    assert bench.say(0.1) == [(40.0, True)]
+
+
 def test_duplicates_and_older_stamps_are_no_motion() -> None:
     bench = Bench()
     bench.say(1.0)

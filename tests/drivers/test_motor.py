@@ -78,6 +78,16 @@ def test_it_is_not_enabled_while_it_is_asked_to_turn() -> None:
     assert motor.waits(0)
 
 
+def test_one_that_is_enabled_late_does_not_start_while_it_is_asked_to_turn() -> None:
+    throttle, motor = throttled()
+    throttle.ask(0, 0.0)
+    assert steps(motor, 0, 1, driven=False) == ["enable"]
+    throttle.ask(AGAIN_NS, 1.0)
+    assert steps(motor, AGAIN_NS, 2, driven=False) == []
+    assert steps(motor, AGAIN_NS + 2 * PERIOD_NS, 2, driven=True) == []
+    assert motor.waits(AGAIN_NS)
+
+
 def test_one_that_obeys_already_turns_only_after_it_was_asked_to_stand() -> None:
     throttle, motor = throttled()
     throttle.ask(0, 1.0)
@@ -109,12 +119,19 @@ def test_a_rate_that_nobody_asks_for_anew_is_zero_after_200_ms_and_stays_it() ->
 def test_after_a_fault_it_turns_only_when_it_was_asked_to_stand() -> None:
     throttle, motor, now_ns = driving(3.0)
     throttle.ask(now_ns, 3.0)
-    assert steps(motor, now_ns, 2, driven=False, able=False) == []
+    assert steps(motor, now_ns, 3, driven=False, able=False) == ["0", "off"]
     assert steps(motor, now_ns + 2 * PERIOD_NS, 2, driven=False) == []
     assert steps(motor, now_ns + 4 * PERIOD_NS, 2, driven=True) == []
     assert motor.waits(now_ns)
     throttle.ask(now_ns, 0.0)
     assert steps(motor, now_ns + 6 * PERIOD_NS, 1, driven=False) == ["enable"]
+
+
+def test_a_rate_that_is_no_longer_fresh_does_not_ask_it_to_stand() -> None:
+    throttle, motor = throttled()
+    throttle.ask(0, 3.0)
+    assert steps(motor, 2 * FRESH_NS, 5, driven=False) == []
+    assert steps(motor, 3 * FRESH_NS, 5, driven=True) == []
 
 
 def test_one_that_somebody_else_let_go_does_not_start_by_itself() -> None:

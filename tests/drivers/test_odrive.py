@@ -84,6 +84,19 @@ def test_an_axis_that_nobody_commands_is_well_though_its_watchdog_has_expired() 
     assert device.health(MS).state is State.WELL
 
 
+def test_an_axis_that_somebody_else_has_enabled_is_not_driven() -> None:
+    throttle = Throttle(10.0, 10.0)
+    settings = ODriveAxis.Settings(node=NODE, watchdog=True)
+    device, sent = ODriveAxis(replace(ROLE, throttle=throttle), settings), []
+    for stamp_ns in range(0, 3000 * MS, 100 * MS):
+        throttle.ask(stamp_ns, 0.0)
+        frames = [heartbeat(stamp_ns, CLOSED_LOOP), estimates(stamp_ns, 1.0)]
+        sent += device.step(stamp_ns, frames).send
+    assert {frame.identifier for frame in sent} == {NODE << 5}
+    assert not throttle.obeyed
+    assert "in closed loop by somebody else" in device.health(stamp_ns).message
+
+
 def test_without_its_own_watchdog_an_axis_is_not_driven() -> None:
     with raises(ValueError, match="enable_watchdog at the controller, then watchdog = true here"):
         axis(replace(ROLE, throttle=Throttle(1.0, 1.0)))

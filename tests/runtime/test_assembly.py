@@ -102,6 +102,17 @@ def test_rangers_that_can_t_be_on_one_line_are_refused(
         lines.lines(line_with(*sensors, bit_rate=bit_rate))
 
 
+def test_controllers_of_other_bit_rates_share_a_bus_that_says_one() -> None:
+    config = robot_file.load(DEFAULT_ROBOT)
+    left, right = config.wheel
+    mixed = replace(right, driver="vesc", settings={"node": 1})
+    config = replace(config, wheel=(left, mixed))
+    assert [len(line.devices) for line in lines.lines(config) if line.name == "wheel_bus"] == [2]
+    buses = tuple(replace(bus, bit_rate=None) for bus in config.bus)
+    with pytest.raises(ConfigError, match=r"differ on bus 'wheel_bus': .*say that `bit_rate` at the bus"):
+        lines.lines(replace(config, bus=buses))
+
+
 def test_a_plan_is_refused_wherever_a_run_is() -> None:
     with pytest.raises(ConfigError, match="share address"):
         lines.plan_of(line_with(("urm12", {"address": 1}), ("urm15", {"address": 1})))

@@ -13,17 +13,19 @@ from typing import Any
 from pytest import approx, fixture, raises
 
 from echogrid.drivers.clock import JumpingClock
+from echogrid.drivers.device import Health, State
+from echogrid.drivers.readings import WheelReading
 from echogrid.emulation.control import request
 from echogrid.emulation.robot import EmulatedRobot
 from echogrid.mapping.pose import Pose
 from echogrid.runtime import assembly, robot_file
-from echogrid.runtime.config import Config, DriveConfig
-from echogrid.runtime.drive_run import DriveRun, pumped, wheel_lines
+from echogrid.runtime.acquisition import DeviceReport
+from echogrid.runtime.config import Config, DriveConfig, LoopConfig
+from echogrid.runtime.drive_run import DriveRun, drive_loop, pumped, wheel_lines
 from echogrid.runtime.driving import Driving
 from echogrid.runtime.emulated import DEFAULT_ROBOT, emulated_robot
 from echogrid.runtime.errors import ConfigError
 from echogrid.runtime.excursion import Excursion, Stage, Wanted
-from echogrid.runtime.loop import FixedRateLoop
 from echogrid.runtime.reading_queue import ReadingQueue
 from echogrid.runtime.simulation import Simulation
 
@@ -31,6 +33,7 @@ SECOND = 1_000_000_000
 START = SECOND
 COMMAND = (sys.executable, "-m", "echogrid")
 LONG_S = 20.0
+CIA402 = {"counts_per_turn": 4096.0}
 
 
 @fixture
@@ -48,7 +51,7 @@ class Drive:
         ports: dict[str, Any] = dict(self.robot.ports(clock))
         simulation = Simulation(clock, pumped(devices, ports, clock, queue), queue)
         self.excursion = Excursion(driving, wanted)
-        loop = FixedRateLoop(simulation, config.loop.rate_hz)
+        loop = drive_loop(simulation, config)
         self.run = DriveRun(self.excursion, assembly.odometry(config), loop, simulation)
         self.stages: list[Stage] = []
         self.clock = clock
@@ -112,6 +115,56 @@ def test_motors_that_are_not_there_are_told_after_five_seconds(config: Config) -
     assert "right: silent: no heartbeat" in drive.excursion.trouble
 
 
+class Enabled:
+    """An excursion whose motors obey, ticked by hand."""
+
+    def __init__(self, config: Config, lasts_ns: int) -> None:
+        self.driving = Driving(config, assembly.differential(config, "this test"))
+        self.excursion = Excursion(self.driving, Wanted(0.3, 0.0, lasts_ns))
+        for throttle in self.driving.throttles.values():
+            throttle.obeyed = True
+
+    def tick(self, now_ns: int, state: State = State.WELL, rate: float = 0.0) -> Stage:
+        reports = [DeviceReport(name, "bus", Health(state, "so", {})) for name in self.driving.throttles]
+        readings = [WheelReading(now_ns, 0, name, 0.0, rate, False, b"") for name in self.driving.throttles]
+        self.excursion.tick(now_ns, readings, reports)
+        return self.excursion.stage
+
+    def asked(self, now_ns: int) -> list[float | None]:
+        return [throttle.rate(now_ns) for throttle in self.driving.throttles.values()]
+
+
+def test_a_wheel_that_is_not_well_is_not_turned_though_its_motor_obeys(config: Config) -> None:
+    enabled = Enabled(config, SECOND)
+    for tick in range(100):
+        assert enabled.tick(tick * SECOND // 20, State.STALLED) is Stage.ENABLING
+        assert enabled.asked(tick * SECOND // 20) == [0.0, 0.0]
+    assert enabled.tick(5 * SECOND, State.STALLED) is Stage.STOPPING
+    assert "the motors can't be enabled: left: stalled: so" in enabled.excursion.trouble
+
+
+def test_after_a_pause_in_which_the_wheels_were_stopped_they_don_t_start_by_themselves(
+    config: Config,
+) -> None:
+    enabled = Enabled(config, 60 * SECOND)
+    assert [enabled.tick(tick * SECOND // 5) for tick in range(3)] == [Stage.DRIVING] * 3
+    assert enabled.tick(3 * SECOND) is Stage.STOPPING
+    assert enabled.asked(3 * SECOND) == [0.0, 0.0]
+    assert "stopped early: it paused for 2.6 s" in enabled.excursion.trouble
+
+
+def test_wheels_that_do_not_stop_are_told(config: Config) -> None:
+    enabled = Enabled(config, SECOND)
+    stages = [enabled.tick(tick * SECOND // 20, rate=5.0) for tick in range(70)]
+    assert stages[-1] is Stage.OVER
+    assert "the wheels still turned when they were let go: left: well" in enabled.excursion.trouble
+
+
+def test_a_slow_loop_of_the_robot_does_not_make_it_stutter(config: Config) -> None:
+    drive = Drive(replace(config, loop=LoopConfig(rate_hz=2.0)), Wanted(0.3, 0.0, 4 * SECOND))
+    assert drive.go().x == approx(0.3 * 4.0 - 0.3**2 / 2 / 0.5, abs=0.03)
+
+
 def test_it_can_be_stopped_at_any_time(config: Config) -> None:
     drive = Drive(config, Wanted(0.3, 0.0, 100 * SECOND))
     drive.excursion.stop()
@@ -123,6 +176,17 @@ def test_wheels_that_can_t_be_driven_are_refused(config: Config) -> None:
     silent = replace(config, bus=tuple(replace(bus, listen_only=bus.kind == "can") for bus in config.bus))
     with raises(ConfigError, match="left can't be driven: bus 'wheel_bus' has listen_only = true"):
         wheel_lines(silent)
+    with raises(ConfigError) as told:
+        wheel_lines(
+            replace(
+                silent,
+                wheel=tuple(
+                    replace(wheel, driver="cia402", settings=CIA402 | {"node": n})
+                    for n, wheel in enumerate(silent.wheel, 1)
+                ),
+            )
+        )
+    assert "configure" not in str(told.value)
     deaf = replace(
         config, wheel=tuple(replace(wheel, driver="ak-servo", settings={}) for wheel in config.wheel)
     )
