@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from echogrid.mapping.cone import Cone, cast
 from echogrid.mapping.grid import GridGeometry, Patch
 from echogrid.mapping.rolling import shifted
-from echogrid.mapping.sonar_model import Form, NoEcho, evidence
+from echogrid.mapping.sonar_model import NoEcho, SonarModel, evidence
 from echogrid.mapping.sounding import Sounding
 
 MILLI = 1000.0
@@ -26,24 +26,24 @@ class BayesGrid:
     has spoken is unknown, which is not the same as undecided.
     """
 
-    def __init__(self, geometry: GridGeometry, limit: float, form: Form, no_echo: NoEcho) -> None:
+    def __init__(self, geometry: GridGeometry, limit: float, model: SonarModel, no_echo: NoEcho) -> None:
         self.geometry = geometry
         self.log_odds: NDArray[np.int16] = np.zeros(geometry.shape, np.int16)
         """(rows, cols) milli-nats, row 0 = south."""
         self._seen: NDArray[np.bool_] = np.zeros(geometry.shape, np.bool_)
         self._limit = round(limit * MILLI)
-        self._form = form
+        self._model = model
         self._no_echo = no_echo
 
     def update(self, sounding: Sounding) -> Patch | None:
         """Fuse one ping; the patch that it touched, None if it said nothing."""
-        cone = cast(self.geometry, sounding)
+        cone = cast(self.geometry, self._model.believed(sounding))
         rows, _ = self.fuse(cone)
         return cone.patch if len(rows) else None
 
     def fuse(self, cone: Cone) -> Cells:
         """Fuse one ping; the cells of which it spoke."""
-        quantised = np.rint(evidence(cone, self._form, self._no_echo) * MILLI).astype(np.int32)
+        quantised = np.rint(evidence(cone, self._model, self._no_echo) * MILLI).astype(np.int32)
         speaks = quantised != 0
         rows, cols = cone.rows[speaks], cone.cols[speaks]
         total = self.log_odds[rows, cols] + quantised[speaks]
@@ -71,7 +71,7 @@ class BayesGrid:
 
     def copy(self) -> Self:
         """An independent twin."""
-        twin = type(self)(self.geometry, self._limit / MILLI, self._form, self._no_echo)
+        twin = type(self)(self.geometry, self._limit / MILLI, self._model, self._no_echo)
         twin.log_odds, twin._seen = self.log_odds.copy(), self._seen.copy()
         return twin
 

@@ -39,6 +39,8 @@ class Cone:
     """False if nothing came back: then all of it is region II."""
     half_angle: float
     farthest: float
+    reading: float
+    """m, s; the reach if nothing came back."""
 
 
 def belief(distance: Floats, bearing: Floats, farthest: float, half_angle: float) -> Floats:
@@ -80,6 +82,7 @@ def cast(geometry: GridGeometry, sounding: Sounding) -> Cone:
         echo,
         ranger.half_angle,
         ranger.farthest,
+        s,
     )
 
 

@@ -1,11 +1,12 @@
 """The long-term map: submaps, each a grid anchored to a pose, rendered into one."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from echogrid.mapping.dempster_shafer import DempsterShaferGrid
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
@@ -30,6 +31,8 @@ class MapImage:
     """(rows, cols) P(Occupied), row 0 = south."""
     unknown: NDArray[np.bool_]
     """(rows, cols)."""
+    layers: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
+    """(rows, cols) each: what else the theory has to tell, by name."""
 
 
 class LongTermMap:
@@ -50,4 +53,5 @@ class LongTermMap:
     def render(self) -> MapImage:
         """The published map."""
         grid = self._submap.grid
-        return MapImage(grid.geometry, grid.occupancy(), grid.unknown())
+        layers = grid.layers() if isinstance(grid, DempsterShaferGrid) else {}
+        return MapImage(grid.geometry, grid.occupancy(), grid.unknown(), layers)

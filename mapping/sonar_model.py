@@ -1,18 +1,22 @@
-"""What a ping says about a cell, as a probability: the book's sonar model, and the form that repairs it.
+"""What a ping says about a cell: what sonar models have in common, and the book's, printed and repaired.
 
 The printed model (11.1, 11.2) has a defect of sign: where b falls below 1/2 (0.51 in region I), an echo
 lowers the probability of its own obstacle, and empty space raises it; at s = 0.95 R that is 97 % of region I
 and 60 % of region II. The consistent form keeps the book's b and moves it to the right side of 1/2. It is
 also the pignistic probability of the book's own Dempster-Shafer masses (11.7, 11.8).
+
+Other models: subjective_model.py, analytical_model.py and empirical_model.py.
 """
 
 from enum import Enum
 from math import log, radians
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from echogrid.mapping.cone import Cone
+from echogrid.mapping.sounding import Sounding
 
 Floats = NDArray[np.float64]
 
@@ -22,19 +26,52 @@ MAX_OCCUPIED = 0.98
 _SUREST = 1e-3
 """No single ping may claim more: a probability of 0 or 1 could never be taken back."""
 
-_NO_ECHO_FALSE = 0.05
+FALSE = 0.05
 """p_fa: how often a cone answers though the cell is empty."""
-_NO_ECHO_DETECTION = 0.45
+HEARD = 0.45
 """p_d of an obstacle on the axis and near: smooth walls met at a slant are often silent."""
 _NO_ECHO_ANGLE = radians(8.0)
 _NO_ECHO_REACH = 0.6
 
 
+class SonarModel(Protocol):
+    """What a ping says of the cells of its cone."""
+
+    def believed(self, sounding: Sounding) -> Sounding:
+        """The ping with the cone, the reach and the band that the model gives it."""
+        ...
+
+    def echo(self, cone: Cone) -> Floats:
+        """(n,) ln(P(s|Occupied)/P(s|Empty)) of an echo, or of a cone that is believed to be clear."""
+        ...
+
+    def silence(self, cone: Cone) -> Floats:
+        """(n,) The same of nothing that came back, weighed by how often an obstacle is not heard."""
+        ...
+
+
 class Form(Enum):
-    """Which of the two models."""
+    """The book's model: as printed, or repaired. All that it needs of a ranger is the ranger's own."""
 
     PRINTED = "murphy"
     CONSISTENT = "murphy-consistent"
+
+    def believed(self, sounding: Sounding) -> Sounding:
+        """The ping as it is."""
+        return sounding
+
+    def echo(self, cone: Cone) -> Floats:
+        """(n,) ln(P(s|Occupied)/P(s|Empty))."""
+        return log_odds(self.probability(cone, MAX_OCCUPIED))
+
+    def silence(self, cone: Cone) -> Floats:
+        """(n,) Of silence, which the book is silent about."""
+        return weak_silence(cone)
+
+    def probability(self, cone: Cone, max_occupied: float) -> Floats:
+        """(n,) P(s|Occupied)."""
+        model = printed if self is Form.PRINTED else consistent
+        return model(cone.belief, cone.occupied, max_occupied)
 
 
 class NoEcho(Enum):
@@ -45,15 +82,15 @@ class NoEcho(Enum):
     CLEAR = "clear"
 
 
-def printed(belief: Floats, occupied: NDArray[np.bool_]) -> Floats:
+def printed(belief: Floats, occupied: NDArray[np.bool_], max_occupied: float = MAX_OCCUPIED) -> Floats:
     """P(s|Occupied) as printed: b Max_occ in region I (11.1), 1 - b in region II (11.2). P(s|Empty) is the
     rest to 1."""
-    return np.where(occupied, belief * MAX_OCCUPIED, 1.0 - belief)
+    return np.where(occupied, belief * max_occupied, 1.0 - belief)
 
 
-def consistent(belief: Floats, occupied: NDArray[np.bool_]) -> Floats:
+def consistent(belief: Floats, occupied: NDArray[np.bool_], max_occupied: float = MAX_OCCUPIED) -> Floats:
     """P(s|Occupied) on the right side of 1/2: (1 + b Max_occ)/2 in region I, (1 - b)/2 in region II."""
-    return np.where(occupied, 0.5 + 0.5 * belief * MAX_OCCUPIED, 0.5 - 0.5 * belief)
+    return np.where(occupied, 0.5 + 0.5 * belief * max_occupied, 0.5 - 0.5 * belief)
 
 
 def posterior(given_occupied: float, given_empty: float, prior: float) -> float:
@@ -72,22 +109,20 @@ def log_odds(probability: Floats) -> Floats:
 def no_echo_log_odds(detection: Floats) -> Floats:
     """ln((1 - p_d)/(1 - p_fa)): what silence says of a cell whose obstacle would have answered with
     probability p_d; nothing where p_d is below p_fa."""
-    result: Floats = np.minimum(np.log1p(-detection) - log(1.0 - _NO_ECHO_FALSE), 0.0)
+    result: Floats = np.minimum(np.log1p(-detection) - log(1.0 - FALSE), 0.0)
     return result
 
 
-def evidence(cone: Cone, form: Form, no_echo: NoEcho) -> Floats:
+def evidence(cone: Cone, model: SonarModel, no_echo: NoEcho) -> Floats:
     """(n,) The log-likelihood ratio of occupied against empty for each of the cone's cells."""
-    if not cone.echo and no_echo is NoEcho.IGNORE:
-        return np.zeros(len(cone.rows))
-    if not cone.echo and no_echo is NoEcho.WEAK:
-        return no_echo_log_odds(_detection(cone))
-    model = printed if form is Form.PRINTED else consistent
-    return log_odds(model(cone.belief, cone.occupied))
+    if cone.echo or no_echo is NoEcho.CLEAR:
+        return model.echo(cone)
+    return model.silence(cone) if no_echo is NoEcho.WEAK else np.zeros(len(cone.rows))
 
 
-def _detection(cone: Cone) -> Floats:
-    """p_d: falls to nothing 8 degrees off the axis, and at 0.6 of the reach."""
+def weak_silence(cone: Cone) -> Floats:
+    """(n,) Log-likelihood ratios of silence; p_d falls to nothing 8 deg off the axis, and at 0.6 of the
+    reach."""
     central = np.maximum(1.0 - (cone.bearing / _NO_ECHO_ANGLE) ** 2, 0.0)
     near = np.maximum(1.0 - (cone.distance / (_NO_ECHO_REACH * cone.farthest)) ** 2, 0.0)
-    return _NO_ECHO_DETECTION * central * near
+    return no_echo_log_odds(HEARD * central * near)

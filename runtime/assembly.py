@@ -5,7 +5,8 @@ from math import radians
 from typing import Any
 
 from echogrid.drivers.device import BusLine
-from echogrid.mapping.bayes import BayesGrid
+from echogrid.drivers.sound import speed_of_sound
+from echogrid.mapping.analytical_model import Analytical
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.gyro import Gyro
 from echogrid.mapping.kinematics import Ackermann, Differential, Tricycle, skid_steer
@@ -16,7 +17,10 @@ from echogrid.mapping.mapper import Mapper
 from echogrid.mapping.odometry import Odometry
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.pose_buffer import PoseBuffer
+from echogrid.mapping.sonar_model import Form, SonarModel
 from echogrid.mapping.stop_layer import StopLayer, StopZone
+from echogrid.mapping.subjective_model import Subjective
+from echogrid.mapping.theories import Beliefs, maker
 from echogrid.mapping.theory import Theory
 from echogrid.mapping.verification import Believer, Verifier
 from echogrid.mapping.virtual_sensor import Sight, VirtualSensor
@@ -27,8 +31,6 @@ from echogrid.runtime.fusion import Fusion
 from echogrid.runtime.lines import lines
 from echogrid.runtime.toml_values import Problem
 
-MAP_LIMIT = 4.6
-"""nats: the long-term map stays within probabilities of 0.01 and 0.99."""
 MOST_CELLS = 4e7
 """A map of 120 MB."""
 SECOND_NS = 1_000_000_000
@@ -83,11 +85,18 @@ def mapper(config: Config, area: GridGeometry, poses: PoseBuffer, most_waiting: 
 
 def theory(config: Config) -> Callable[[GridGeometry], Theory]:
     """What makes a grid of the configured theory."""
-    if config.map.theory == "calibrated":
-        from echogrid.mapping.calibrated import CalibratedGrid
+    return maker(config.map.theory, Beliefs(sonar_model(config), config.map.no_echo))
 
-        return CalibratedGrid
-    return lambda grid: BayesGrid(grid, MAP_LIMIT, config.map.model, config.map.no_echo)
+
+def sonar_model(config: Config) -> SonarModel:
+    """The configured one."""
+    area = config.map
+    radius_mm, khz = area.transducer_radius_mm, area.transducer_khz
+    if area.model == "analytical" and radius_mm and khz:
+        return Analytical(radius_mm * 1e-3, speed_of_sound(config.robot.air_temperature_c) / (khz * 1e3))
+    # Dempster-Shafer's masses (11.7, 11.8) are those of the consistent form, whatever Bayes believes.
+    printed = area.model == "murphy" and area.theory == "bayes"
+    return Subjective(Form.PRINTED if printed else Form.CONSISTENT, area.max_occupied)
 
 
 def verifier(config: Config) -> Verifier | Believer:

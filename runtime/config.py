@@ -8,7 +8,7 @@ from typing import Any, Literal
 from echogrid.mapping.kinematics import Differential, Tricycle, Wheels
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
-from echogrid.mapping.sonar_model import Form, NoEcho
+from echogrid.mapping.sonar_model import MAX_OCCUPIED, NoEcho
 from echogrid.mapping.verification import AGREEMENT
 
 
@@ -227,14 +227,26 @@ class MapConfig:
     width_m: float | None = None
     height_m: float | None = None
     tolerance_m: float = 0.1
-    model: Form = Form.CONSISTENT
-    theory: Literal["bayes", "calibrated"] = "calibrated"
+    model: Literal["murphy", "murphy-consistent", "analytical"] = "murphy-consistent"
+    """Of Bayes and Dempster-Shafer, as is the following."""
+    max_occupied: float = MAX_OCCUPIED
+    """Max_occ of the book's models."""
+    transducer_radius_mm: float | None = None
+    """Of the analytical model."""
+    transducer_khz: float | None = None
+    theory: Literal["bayes", "dempster-shafer", "himm", "counting", "calibrated"] = "calibrated"
     no_echo: NoEcho = NoEcho.WEAK
     pose_gap_s: float = 0.5
 
     def __post_init__(self) -> None:
         _require(0.005 <= self.resolution_m <= 10, "`resolution_m` must lie in 0.005...10")
         _require(0 < self.tolerance_m <= 10, "`tolerance_m` must be above 0 and at most 10")
+        _require(0 < self.max_occupied <= 1, "`max_occupied` must be above 0 and at most 1")
+        for name, most in (("transducer_radius_mm", 1000), ("transducer_khz", 10_000)):
+            value = getattr(self, name)
+            _require(value is None or 0 < value <= most, f"`{name}` must be above 0 and at most {most}")
+            needed = value is not None or self.model != "analytical"
+            _require(needed, f'`{name}` is needed for model = "analytical"')
         _require((self.width_m is None) == (self.height_m is None), "`width_m` and `height_m` go together")
         for side in (self.width_m, self.height_m):
             _require(side is None or 0 < side <= 10_000, "`width_m` and `height_m` must lie in 0...10000")

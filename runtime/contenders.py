@@ -15,8 +15,8 @@ from echogrid.mapping.cone import Cone
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.sonar_model import Form, NoEcho
 from echogrid.mapping.sounding import Sounding
+from echogrid.mapping.theories import MAP_LIMIT
 from echogrid.mapping.theory import Theory
-from echogrid.runtime.assembly import MAP_LIMIT
 from echogrid.runtime.map_suite import Contender, Maker
 from echogrid.runtime.ring_recording import HALF_ANGLE, RingPing
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from io import BytesIO
 from math import cos, sin
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -64,15 +65,16 @@ def _yaml(image: MapImage) -> str:
 
 def _npz(image: MapImage) -> bytes:
     """`occupancy` and `unknown` (rows, cols) with row 0 south, `resolution` m, `origin` x, y, yaw of the
-    lower-left corner. The same map gives the same bytes."""
+    lower-left corner, and the theory's own layers. The same map gives the same bytes."""
     buffer = BytesIO()
-    np.savez_compressed(
-        buffer,
-        occupancy=image.occupancy,
-        unknown=image.unknown,
-        resolution=np.float64(image.geometry.resolution),
-        origin=np.array([image.geometry.x, image.geometry.y, 0.0]),
-    )
+    arrays: dict[str, Any] = {
+        "occupancy": image.occupancy,
+        "unknown": image.unknown,
+        "resolution": np.float64(image.geometry.resolution),
+        "origin": np.array([image.geometry.x, image.geometry.y, 0.0]),
+        **image.layers,
+    }
+    np.savez_compressed(buffer, **arrays)
     return buffer.getvalue()
 
 

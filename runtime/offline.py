@@ -24,12 +24,14 @@ class OfflineMap:
     ledger: Ledger
     seconds: float
     """How long the fusing took."""
+    theory: str
 
     def report(self, faults: RowFaults) -> dict[str, Any]:
         """What report.json holds."""
         return {
             **account(self.ledger, 0),
             "rows_skipped": dict(sorted(faults.counts.items())),
+            "theory": self.theory,
             "seconds": round(self.seconds, 6),
             "microseconds_per_reading": round(1e6 * self.seconds / max(self.ledger.produced, 1), 3),
         }
@@ -53,7 +55,8 @@ def build(recording: Recording) -> OfflineMap:
             mapper.refuse(reading, PoseMiss.BEFORE.value)
             recording.faults.add("range outside the pose span", place)
     mapper.finish()
-    return OfflineMap(mapper.map.render(), mapper.ledger, perf_counter() - started)
+    seconds = perf_counter() - started
+    return OfflineMap(mapper.map.render(), mapper.ledger, seconds, recording.config.map.theory)
 
 
 def _mapper(recording: Recording) -> Mapper:

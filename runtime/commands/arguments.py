@@ -100,6 +100,17 @@ def _setting(text: str) -> tuple[str, Any]:
         return key.strip(), value.strip()
 
 
+THEORIES = ("bayes", "dempster-shafer", "himm", "counting", "calibrated")
+"""As the configuration has them."""
+
+
+def add_theory(parser: argparse.ArgumentParser) -> None:
+    """--theory, of the long-term map."""
+    parser.add_argument(
+        "--theory", choices=THEORIES, help="how evidence is fused into a map (default: as configured)"
+    )
+
+
 def add_directory(parser: argparse.ArgumentParser) -> None:
     """--dir, the emulated robot's."""
     parser.add_argument(

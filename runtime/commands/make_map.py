@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from echogrid.runtime.commands.arguments import length
+from echogrid.runtime.commands.arguments import add_theory, length
 
 if TYPE_CHECKING:
     from echogrid.runtime.commands.arguments import Commands
@@ -20,9 +20,7 @@ def add(commands: "Commands") -> None:
     parser.add_argument("log", type=Path, metavar="LOG", help="the folder of the recording")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="where the map files go")
     parser.add_argument("--format", choices=("simple", "robond"), default="simple")
-    parser.add_argument(
-        "--theory", choices=("bayes", "calibrated"), help="how evidence is fused (default: as configured)"
-    )
+    add_theory(parser)
     parser.add_argument(
         "--no-echo", choices=("ignore", "weak", "clear"), help="what silence means (default: as configured)"
     )
@@ -67,6 +65,7 @@ def _recording(arguments: argparse.Namespace) -> "Recording":
         )
     except ValueError as error:
         raise UsageError([f"echogrid map: {error}"]) from error
-    if arguments.no_echo and chosen.theory != "bayes":
-        raise UsageError([f"echogrid map: --no-echo is for --theory bayes, not {chosen.theory}"])
+    if arguments.no_echo and chosen.theory in ("counting", "calibrated"):
+        heeding = "bayes, dempster-shafer and himm"
+        raise UsageError([f"echogrid map: --no-echo is for --theory {heeding}, not {chosen.theory}"])
     return replace(told, config=replace(told.config, map=chosen))

@@ -5,11 +5,12 @@ import json
 import signal
 import sys
 from contextlib import ExitStack
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from echogrid.runtime.commands.arguments import add_directory, add_seed, duration
+from echogrid.runtime.commands.arguments import add_directory, add_seed, add_theory, duration
 
 if TYPE_CHECKING:
     from echogrid.runtime.acquisition import DeviceReport
@@ -36,6 +37,7 @@ def add(commands: "Commands") -> None:
         "--out", type=Path, default=Path("out"), metavar="DIR", help="where the map goes (default: out)"
     )
     parser.add_argument("--simulate", action="store_true", help="emulate all of it on a clock that jumps")
+    add_theory(parser)
     add_directory(parser)
     add_seed(parser)
     parser.set_defaults(execute=execute)
@@ -49,6 +51,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
     source: Path = arguments.robot or DEFAULT_ROBOT
     config = robot_file.load(source)
+    theory = arguments.theory or config.map.theory
+    config = replace(config, map=replace(config.map, theory=theory))
     console = Console(sys.stderr)
     with ExitStack() as stack:
         with robot_file.located(source):
@@ -62,7 +66,8 @@ def execute(arguments: argparse.Namespace) -> int:
         devices = run.devices(run.clock.now_ns())
     _account(run, devices, console)
     silent = _silent(run, devices, console)
-    written = _write(run, devices, arguments.out, console)
+    report = {"theory": theory, **run.report(devices)}
+    written = _write(run, report, arguments.out, console)
     return 0 if written and not silent and _logged(log, arguments.log, console) else 1
 
 
@@ -151,13 +156,13 @@ def _silent(run: "Run", devices: "list[DeviceReport]", console: "Console") -> bo
     return bool(silent)
 
 
-def _write(run: "Run", devices: "list[DeviceReport]", folder: Path, console: "Console") -> bool:
+def _write(run: "Run", report: dict[str, Any], folder: Path, console: "Console") -> bool:
     """Whether the map and the report could be written."""
     from echogrid.runtime import map_files
 
     try:
         map_files.write(folder, run.fusion.map_image(), run.path)
-        map_files.replace(folder / "report.json", (json.dumps(run.report(devices), indent=2) + "\n").encode())
+        map_files.replace(folder / "report.json", (json.dumps(report, indent=2) + "\n").encode())
     except OSError as error:
         console.say(f"{error.filename}: {error.strerror}: the map is not complete")
         return False
