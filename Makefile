@@ -49,11 +49,16 @@ learn: $(VENV)/test-ready
 	$(BIN)/ruff format --quiet src/echogrid/mapping/calibrated_weights.py
 
 # The pictures in the docs.
+SHOWN := bayes,himm,calibrated
 figures: $(VENV)/run-ready
-	$(BIN)/echogrid run --simulate --duration 305s --out out/office
+	rm -rf out/office-log
+	$(BIN)/echogrid run --simulate --duration 305s --out out/office --log out/office-log
 	cp out/office/map.png docs/figures/office.png
+	$(BIN)/echogrid compare out/office-log --truth emulated --out docs/figures/compare-office.png
 	$(if $(wildcard $(ROBOND)),$(BIN)/echogrid map $(ROBOND) --format robond --out out/robond)
 	$(if $(wildcard $(ROBOND)),cp out/robond/map.png docs/figures/robond.png)
+	$(if $(wildcard $(ROBOND)),$(BIN)/echogrid compare $(ROBOND) --format robond \
+		--theories $(SHOWN) --out docs/figures/compare-robond.png)
 
 # Pins every version and hash anew. The files name no registry: pip uses the one it is set up for.
 lock: $(VENV)/python-ready

@@ -76,11 +76,11 @@ def fusion(config: Config) -> Fusion:
     return Fusion(mapper(config, geometry(config), poses), odometry(config), lookout)
 
 
-def mapper(config: Config, area: GridGeometry, poses: PoseBuffer, most_waiting: int | None = 4096) -> Mapper:
+def mapper(config: Config, area: GridGeometry, poses: PoseBuffer) -> Mapper:
     """The long-term map over an area, and what feeds it."""
     long_term = LongTermMap(area, config.map.tolerance_m, theory(config))
     rangers = (sensor.ranger() for sensor in config.sensor)
-    return Mapper(rangers, poses, long_term, most_waiting, verifier(config))
+    return Mapper(rangers, poses, long_term, verifier=verifier(config))
 
 
 def theory(config: Config) -> Callable[[GridGeometry], Theory]:

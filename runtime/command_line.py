@@ -9,6 +9,7 @@ from echogrid import __version__
 from echogrid.drivers.errors import EchogridError
 from echogrid.runtime.commands import (
     calibrate,
+    compare,
     drive,
     emulate,
     evaluate,
@@ -31,6 +32,7 @@ _COMMANDS = (
     read,
     set_address,
     calibrate,
+    compare,
     drive,
     emulate,
     fault,

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from echogrid.mapping.long_term_map import MapImage
 from echogrid.mapping.pose import Pose
 
-_UNKNOWN = (176, 184, 192)
-_PATH = (30, 110, 220)
+UNKNOWN = (176, 184, 192)
+PATH = (30, 110, 220)
 _START = (20, 150, 60)
 _END = (210, 40, 40)
 _WIDTH_PIXELS = 1000
@@ -26,7 +26,7 @@ def picture(image: MapImage, path: Sequence[Pose]) -> NDArray[np.uint8]:
     first_row, first_col, rows, cols = _frame(image, path)
     scale = max(1, _WIDTH_PIXELS // max(rows, cols))
     box = slice(first_row, first_row + rows), slice(first_col, first_col + cols)
-    pixels = np.repeat(np.repeat(_shades(image)[box], scale, axis=0), scale, axis=1)
+    pixels = np.repeat(np.repeat(shades(image)[box], scale, axis=0), scale, axis=1)
     size = image.geometry.resolution / scale
     west = image.geometry.x + first_col * image.geometry.resolution
     south = image.geometry.y + first_row * image.geometry.resolution
@@ -40,10 +40,11 @@ def picture(image: MapImage, path: Sequence[Pose]) -> NDArray[np.uint8]:
     return pixels[::-1]
 
 
-def _shades(image: MapImage) -> NDArray[np.uint8]:
+def shades(image: MapImage) -> NDArray[np.uint8]:
+    """(rows, cols, 3) RGB of the cells, row 0 = south."""
     grey = np.rint(255.0 * (1.0 - image.occupancy)).astype(np.uint8)
     pixels = np.repeat(grey[:, :, np.newaxis], 3, axis=2)
-    pixels[image.unknown] = _UNKNOWN
+    pixels[image.unknown] = UNKNOWN
     return pixels
 
 
@@ -81,7 +82,7 @@ def _line(pixels: NDArray[np.uint8], start: Spot, end: Spot) -> None:
     for step in range(steps + 1):
         part = step / steps
         spot = round(start[0] + part * (end[0] - start[0])), round(start[1] + part * (end[1] - start[1]))
-        _dot(pixels, spot, 1, _PATH)
+        _dot(pixels, spot, 1, PATH)
 
 
 def _metre(pixels: NDArray[np.uint8], length: int) -> None:

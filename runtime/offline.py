@@ -1,14 +1,16 @@
 """A map from a recording, without real time: the very mapping of a live run."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.ledger import Ledger
-from echogrid.mapping.long_term_map import MapImage
+from echogrid.mapping.long_term_map import LongTermMap, MapImage
 from echogrid.mapping.mapper import Mapper
 from echogrid.mapping.pose_buffer import PoseBuffer, PoseMiss
+from echogrid.mapping.theory import Theory
 from echogrid.runtime import assembly
 from echogrid.runtime.errors import UsageError
 from echogrid.runtime.ledger_report import account
@@ -37,14 +39,15 @@ class OfflineMap:
         }
 
 
-def build(recording: Recording) -> OfflineMap:
-    """Fuse all of a recording; readings which no pose covers are added to its faults.
+def build(recording: Recording, make: Callable[[GridGeometry], Theory] | None = None) -> OfflineMap:
+    """Fuse all of a recording; readings which no pose covers are added to its faults. `make` makes the grid;
+    None: as configured.
 
     Raises UsageError when it has no poses, or spans more than a map can hold.
     """
     if not recording.poses:
         raise UsageError(["no usable pose: nothing can be placed", *recording.faults.lines()])
-    mapper = _mapper(recording)
+    mapper = _mapper(recording, make or assembly.theory(recording.config))
     first_ns, last_ns = recording.poses[0][0], recording.poses[-1][0]
     started = perf_counter()
     for place, reading in sorted(recording.ranges, key=lambda entry: entry[1].stamp_ns):
@@ -59,9 +62,12 @@ def build(recording: Recording) -> OfflineMap:
     return OfflineMap(mapper.map.render(), mapper.ledger, seconds, recording.config.map.theory)
 
 
-def _mapper(recording: Recording) -> Mapper:
-    poses = PoseBuffer(None, assembly.pose_gap_ns(recording.config))
-    mapper = assembly.mapper(recording.config, _area(recording), poses, None)
+def _mapper(recording: Recording, make: Callable[[GridGeometry], Theory]) -> Mapper:
+    config = recording.config
+    poses = PoseBuffer(None, assembly.pose_gap_ns(config))
+    long_term = LongTermMap(_area(recording), config.map.tolerance_m, make)
+    rangers = (sensor.ranger() for sensor in config.sensor)
+    mapper = Mapper(rangers, poses, long_term, None, assembly.verifier(config))
     for stamp_ns, pose in recording.poses:
         mapper.add_pose(stamp_ns, pose)
     return mapper

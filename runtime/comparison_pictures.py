@@ -1,0 +1,129 @@
+"""The maps of a comparison as pictures of one size, north up, all of the same part of the floor."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from echogrid.mapping.grid import Patch
+from echogrid.mapping.long_term_map import MapImage
+from echogrid.mapping.metrics import Mask
+from echogrid.runtime.compared_theories import WHAT_IT_IS
+from echogrid.runtime.comparison import Comparison, Floats
+from echogrid.runtime.map_picture import PATH, UNKNOWN, shades
+
+Pixels = NDArray[np.uint8]
+
+ECHO = (20, 20, 20)
+_HEAT = np.array([(255, 255, 255), (253, 187, 99), (214, 69, 36), (96, 10, 20)], np.float64)
+"""No conflict, a third of the most that is shown, two thirds, and that."""
+_SHOWN = 99.0
+"""Per cent of the cells with a conflict; the others are as dark as can be."""
+_MARGIN = 3
+_ABREAST = 4
+_SHEET = 1600
+"""Pixels: the width of a sheet, about."""
+_GAP = 8
+_STRIDE = 1.0
+"""m: between poses that are further apart the way is not drawn."""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture and what it shows."""
+
+    name: str
+    caption: str
+    pixels: Pixels
+    """(rows, cols, 3) RGB, a cell each, row 0 = north."""
+
+
+def pictures(comparison: Comparison) -> Iterator[Picture]:
+    """The truth, if it is known, the echoes, each theory's map, and where Dempster-Shafer finds conflict."""
+    box = _box(comparison)
+    if comparison.walls is not None:
+        image = MapImage(comparison.geometry, comparison.walls.astype(np.float32), ~comparison.judged)
+        yield _picture("truth", "what is true of the judged cells", shades(image), box)
+    yield _picture(
+        "echoes", "where on the axis each echo ends, and the robot's way", _echoes(comparison), box
+    )
+    for found in comparison.findings:
+        image = MapImage(comparison.geometry, found.occupancy.astype(np.float32), found.unknown)
+        yield _picture(found.name, WHAT_IT_IS[found.name], shades(image), box)
+    for found in comparison.findings:
+        if found.conflict is not None:
+            most = _most(found.conflict)
+            told = f"the weight of conflict (11.10) in each cell, white 0, darkest {most:.3g} nats and more"
+            yield _picture("conflict", told, _heat(found.conflict, most, found.unknown), box)
+
+
+def enlarged(pixels: Pixels, scale: int) -> Pixels:
+    """The same with so many pixels for each, down and across."""
+    return np.repeat(np.repeat(pixels, scale, axis=0), scale, axis=1)
+
+
+def sheet(shown: Sequence[Picture]) -> Pixels:
+    """(rows, cols, 3) all pictures in one, four abreast, in their order, on white."""
+    rows, cols, _ = shown[0].pixels.shape
+    scale = max(1, _SHEET // (_ABREAST * cols))
+    high, wide = rows * scale + _GAP, cols * scale + _GAP
+    down = -(-len(shown) // _ABREAST)
+    result = np.full((down * high - _GAP, _ABREAST * wide - _GAP, 3), 255, np.uint8)
+    for index, picture in enumerate(shown):
+        top, left = index // _ABREAST * high, index % _ABREAST * wide
+        result[top : top + rows * scale, left : left + cols * scale] = enlarged(picture.pixels, scale)
+    return result
+
+
+def _picture(name: str, caption: str, cells: Pixels, box: Patch) -> Picture:
+    return Picture(name, caption, cells[box][::-1])
+
+
+def _box(comparison: Comparison) -> Patch:
+    """The rows and columns of which anything is known."""
+    known = comparison.judged | comparison.echo_ends
+    for found in comparison.findings:
+        known = known | ~found.unknown
+    rows, cols = np.nonzero(known.any(axis=1))[0], np.nonzero(known.any(axis=0))[0]
+    return _around(rows, known.shape[0]), _around(cols, known.shape[1])
+
+
+def _around(cells: NDArray[np.intp], size: int) -> slice:
+    return slice(max(int(cells[0]) - _MARGIN, 0), min(int(cells[-1]) + _MARGIN + 1, size))
+
+
+def _echoes(comparison: Comparison) -> Pixels:
+    """Echoes black, the robot's way blue, the rest as unknown."""
+    cells = np.full((*comparison.geometry.shape, 3), UNKNOWN, np.uint8)
+    cells[_driven(comparison)] = PATH
+    cells[comparison.echo_ends] = ECHO
+    return cells
+
+
+def _driven(comparison: Comparison) -> Mask:
+    """(rows, cols) the cells of the robot's way."""
+    geometry = comparison.geometry
+    mask = np.zeros(geometry.shape, np.bool_)
+    for start, end in pairwise(np.array([*comparison.path, comparison.path[-1]])):
+        length = float(np.hypot(*(end - start)))
+        steps = int(length / geometry.resolution * 2.0) + 1 if length < _STRIDE else 1
+        for step in range(steps):
+            cell = geometry.cell(*(start + (end - start) * step / steps))
+            if geometry.contains(*cell):
+                mask[cell] = True
+    return mask
+
+
+def _most(conflict: Floats) -> float:
+    some = conflict[conflict > 0.0]
+    return float(np.percentile(some, _SHOWN)) if len(some) else 1.0
+
+
+def _heat(conflict: Floats, most: float, unknown: Mask) -> Pixels:
+    steps = np.linspace(0.0, most, len(_HEAT))
+    channels = [np.interp(conflict, steps, _HEAT[:, channel]) for channel in range(3)]
+    cells = np.rint(np.stack(channels, axis=-1)).astype(np.uint8)
+    cells[unknown] = UNKNOWN
+    return cells
