@@ -51,6 +51,7 @@ learn: $(VENV)/test-ready
 # The pictures in the docs.
 SHOWN := bayes,himm,calibrated
 figures: $(VENV)/run-ready
+	$(BIN)/python -m echogrid.runtime.theory_pictures docs/figures/theories.png
 	rm -rf out/office-log
 	$(BIN)/echogrid run --simulate --duration 305s --out out/office --log out/office-log
 	cp out/office/map.png docs/figures/office.png

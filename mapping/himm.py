@@ -5,6 +5,7 @@ ends, and takes 1 from each cell before that (11.11). So occupied is believed th
 and where the beam is wide the robot's own motion must sweep the axes over it.
 """
 
+from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -16,12 +17,20 @@ from echogrid.mapping.ray import Ray, cross
 from echogrid.mapping.sonar_model import NoEcho
 from echogrid.mapping.sounding import Sounding
 
-UP = 3
-"""I+ of the book."""
-DOWN = 1
-"""I- of the book."""
-MOST = 15
-"""A count stays in 0...15."""
+
+@dataclass(frozen=True, slots=True)
+class Steps:
+    """What a ping does to a count, which is a byte."""
+
+    up: int = 3
+    """I+: what an echo adds to its cell."""
+    down: int = 1
+    """I-: what it takes from those before it."""
+    most: int = 15
+    """A count stays in 0...15."""
+
+
+USUAL = Steps()
 
 
 class HimmGrid:
@@ -31,7 +40,13 @@ class HimmGrid:
     cell up to the ranger's reach.
     """
 
-    def __init__(self, geometry: GridGeometry, no_echo: NoEcho = NoEcho.IGNORE, growth: bool = False) -> None:
+    def __init__(
+        self,
+        geometry: GridGeometry,
+        no_echo: NoEcho = NoEcho.IGNORE,
+        growth: bool = False,
+        steps: Steps = USUAL,
+    ) -> None:
         """`growth`: with the growth rate operator: an echo adds half of what the cell's eight neighbours
         have, too (after what the ping took), rounded down. So cells that stand together grow faster.
         """
@@ -41,6 +56,7 @@ class HimmGrid:
         self._seen: NDArray[np.bool_] = np.zeros(geometry.shape, np.bool_)
         self._clears = no_echo is NoEcho.CLEAR
         self._growth = growth
+        self._steps = steps
 
     def update(self, sounding: Sounding) -> Patch | None:
         """Fuse one ping; the patch that it touched, None if it said nothing."""
@@ -59,18 +75,18 @@ class HimmGrid:
             passed = (ray.rows != met[0]) | (ray.cols != met[1])
         before = ray.rows[passed], ray.cols[passed]
         counts = self.counts[before]
-        self.counts[before] = np.where(counts > DOWN, counts - DOWN, 0)
+        self.counts[before] = np.where(counts > self._steps.down, counts - self._steps.down, 0)
         self._seen[before] = True
         touched = ray
         if met is not None and self.geometry.contains(*met):
-            self.counts[met] = min(self._risen(*met), MOST)
+            self.counts[met] = min(self._risen(*met), self._steps.most)
             self._seen[met] = True
             touched = Ray(np.append(ray.rows, met[0]), np.append(ray.cols, met[1]))
         return touched.patch if len(touched.rows) else None
 
     def _risen(self, row: int, col: int) -> int:
         """What the cell of an echo comes to, before the clamp."""
-        risen = int(self.counts[row, col]) + UP
+        risen = int(self.counts[row, col]) + self._steps.up
         if not self._growth:
             return risen
         around = self.counts[max(row - 1, 0) : row + 2, max(col - 1, 0) : col + 2]
@@ -83,7 +99,9 @@ class HimmGrid:
         It stands in for a probability, and is none: it says how often a cell was met of late, and with clamps
         as near as 0 and 15 that depends on the robot's speed and on the ranger's rate. 1 is not certain.
         """
-        return np.where(self._seen, self.counts / np.float32(MOST), np.float32(0.5)).astype(np.float32)
+        return np.where(self._seen, self.counts / np.float32(self._steps.most), np.float32(0.5)).astype(
+            np.float32
+        )
 
     def unknown(self) -> NDArray[np.bool_]:
         """(rows, cols) True where no axis has been."""
@@ -92,6 +110,6 @@ class HimmGrid:
     def copy(self) -> Self:
         """An independent twin."""
         no_echo = NoEcho.CLEAR if self._clears else NoEcho.IGNORE
-        twin = type(self)(self.geometry, no_echo, self._growth)
+        twin = type(self)(self.geometry, no_echo, self._growth, self._steps)
         twin.counts, twin._seen = self.counts.copy(), self._seen.copy()
         return twin

@@ -1,7 +1,7 @@
 """Every theory on the pings of one log, at the log's poses: their maps, how good and how alike they are."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import radians
 from typing import Protocol
 
@@ -12,7 +12,7 @@ from echogrid.mapping.dempster_shafer import DempsterShaferGrid
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.metrics import Mask, quality
 from echogrid.mapping.theory import Theory
-from echogrid.runtime.compared_theories import contenders
+from echogrid.runtime.compared_theories import OCCUPIED, contenders
 from echogrid.runtime.echo_tape import echo_ends, play
 from echogrid.runtime.errors import UsageError
 from echogrid.runtime.map_suite import Contender, Trial, Verdict, judge, spoken_of
@@ -23,8 +23,6 @@ from echogrid.runtime.stationary import CELLS, Moved, moved
 Floats = NDArray[np.float64]
 Say = Callable[[str], None]
 
-OCCUPIED = 0.5
-"""What is likelier is called occupied, whatever the theory."""
 _WIDEST = radians(90.0) / max(FACTORS)
 """A cone wider than that can't be turned up."""
 
@@ -140,7 +138,6 @@ def _truth_on(truth: Truth | None, geometry: GridGeometry, heard: Mask) -> tuple
 
 def _find(contender: Contender, trial: Trial, true: bool, say: Say) -> Finding:
     say(contender.name)
-    contender = replace(contender, threshold=OCCUPIED)
     theory = _heard(contender, trial)
     conflict = theory.conflict.astype(np.float64) if isinstance(theory, DempsterShaferGrid) else None
     return Finding(

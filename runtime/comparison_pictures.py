@@ -56,7 +56,7 @@ def pictures(comparison: Comparison) -> Iterator[Picture]:
         if found.conflict is not None:
             most = _most(found.conflict)
             told = f"the weight of conflict (11.10) in each cell, white 0, darkest {most:.3g} nats and more"
-            yield _picture("conflict", told, _heat(found.conflict, most, found.unknown), box)
+            yield _picture("conflict", told, heat(found.conflict, most, found.unknown), box)
 
 
 def enlarged(pixels: Pixels, scale: int) -> Pixels:
@@ -75,6 +75,15 @@ def sheet(shown: Sequence[Picture]) -> Pixels:
         top, left = index // _ABREAST * high, index % _ABREAST * wide
         result[top : top + rows * scale, left : left + cols * scale] = enlarged(picture.pixels, scale)
     return result
+
+
+def heat(conflict: Floats, most: float, unknown: Mask) -> Pixels:
+    """(rows, cols, 3) white where there is no conflict, darkest at the most; row 0 = south."""
+    steps = np.linspace(0.0, most, len(_HEAT))
+    channels = [np.interp(conflict, steps, _HEAT[:, channel]) for channel in range(3)]
+    cells = np.rint(np.stack(channels, axis=-1)).astype(np.uint8)
+    cells[unknown] = UNKNOWN
+    return cells
 
 
 def _picture(name: str, caption: str, cells: Pixels, box: Patch) -> Picture:
@@ -119,11 +128,3 @@ def _driven(comparison: Comparison) -> Mask:
 def _most(conflict: Floats) -> float:
     some = conflict[conflict > 0.0]
     return float(np.percentile(some, _SHOWN)) if len(some) else 1.0
-
-
-def _heat(conflict: Floats, most: float, unknown: Mask) -> Pixels:
-    steps = np.linspace(0.0, most, len(_HEAT))
-    channels = [np.interp(conflict, steps, _HEAT[:, channel]) for channel in range(3)]
-    cells = np.rint(np.stack(channels, axis=-1)).astype(np.uint8)
-    cells[unknown] = UNKNOWN
-    return cells

@@ -115,7 +115,7 @@ def sensitivity(comparison: Comparison) -> Table:
     what = "How F1 at .5 changes" if true else "How far P(Occupied) of a judged cell is moved, on the mean,"
     notes = (
         f"{what} with each number a quarter lower and higher; Max_occ can't be more than 1.",
-        "HIMM's 3 and 1 are whole, and can't be turned by a quarter; what growth does, its own row tells.",
+        "I+ and I- are what HIMM adds and takes; what growth does, its own row tells.",
     )
     header = ("theory", "number", *(f"{factor - 1.0:+.0%}" for factor in FACTORS), "most")
     return Table("What depends on chosen numbers", header, rows, notes)

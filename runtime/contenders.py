@@ -1,31 +1,57 @@
-"""The theories that are judged beside each other."""
+"""The theories that are judged beside each other, and what each of them is made with."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from math import radians
-from typing import Self
-
-import numpy as np
 
 from echogrid.mapping.adaptive_beam import half_angle
-from echogrid.mapping.bayes import BayesGrid, Cells
-from echogrid.mapping.calibrated import CalibratedGrid
-from echogrid.mapping.cone import Cone
 from echogrid.mapping.grid import GridGeometry
-from echogrid.mapping.sonar_model import Form, NoEcho
+from echogrid.mapping.himm import HimmGrid, Steps
+from echogrid.mapping.range_layer import RangeLayerGrid, RangeLayerSettings
+from echogrid.mapping.sonar_model import MAX_OCCUPIED, Form, NoEcho
 from echogrid.mapping.sounding import Sounding
-from echogrid.mapping.theories import MAP_LIMIT
+from echogrid.mapping.subjective_model import Subjective
+from echogrid.mapping.theories import Beliefs, maker
 from echogrid.mapping.theory import Theory
 from echogrid.runtime.map_suite import Contender, Maker
-from echogrid.runtime.ring_recording import HALF_ANGLE, RingPing
+from echogrid.runtime.ring_recording import RingPing
 
-NARROWEST = radians(5.0)
-"""Of the cone at full speed."""
 CALIBRATED = 0.35
 """What is likelier than that is called occupied; chosen in the worlds made to learn from."""
 FASTEST = 0.4
 """m/s: what the tours' robot drives at most."""
+
+_NARROWED = 1.0 / 3.0
+"""beta_min over beta_max."""
+_QUARTERS = 4
+"""HIMM's counts are whole numbers; in quarters they can be turned up and down by a quarter."""
+
+
+def contenders() -> tuple[Contender, ...]:
+    """All that `echogrid evaluate` judges, the book's first."""
+    baseline, ours = range_layer("nav2's range layer"), calibrated("calibrated", CALIBRATED)
+    return *_of_the_book(), _steady_by_speed(), counting("counting"), baseline, ours
+
+
+def _of_the_book() -> Iterator[Contender]:
+    """How much depends on their numbers is looked at where silence is ignored."""
+    for no_echo in NoEcho:
+        for form in Form:
+            yield _told(by_model(f"Bayes {form.value}", "bayes", form, no_echo), no_echo)
+        yield _told(by_model("Dempster-Shafer", "dempster-shafer", Form.CONSISTENT, no_echo), no_echo)
+    for growth, name in ((False, "HIMM"), (True, "HIMM, growth rate")):
+        for no_echo in (NoEcho.IGNORE, NoEcho.CLEAR):
+            yield _told(himm(name, no_echo, growth), no_echo)
+
+
+def _told(contender: Contender, no_echo: NoEcho) -> Contender:
+    numbers = contender.numbers if no_echo is NoEcho.IGNORE else None
+    return replace(contender, name=f"{contender.name}, no echo: {no_echo.value}", numbers=numbers)
+
+
+def _steady_by_speed() -> Contender:
+    steady = by_model("Bayes murphy-consistent", "bayes", Form.CONSISTENT, NoEcho.IGNORE)
+    return replace(by_speed(steady, FASTEST), name=f"{steady.name}, beta by speed")
 
 
 def everywhere(make: Callable[[GridGeometry], Theory], _: str, geometry: GridGeometry) -> Theory:
@@ -33,60 +59,69 @@ def everywhere(make: Callable[[GridGeometry], Theory], _: str, geometry: GridGeo
     return make(geometry)
 
 
-def bayes(form: Form, no_echo: NoEcho, geometry: GridGeometry) -> Theory:
-    """As the long-term map has it."""
-    return BayesGrid(geometry, MAP_LIMIT, form, no_echo)
+def by_model(name: str, theory: str, form: Form, no_echo: NoEcho) -> Contender:
+    """Bayes or Dempster-Shafer, as the long-term map has them."""
+    surer = partial(_surer, theory, form, no_echo)
+    return Contender(name, surer(1.0), of_the_book=True, numbers={"Max_occ": surer})
 
 
-def by_speed(ping: RingPing) -> Sounding:
+def by_speed(steady: Contender, fastest: float) -> Contender:
+    """The same with a cone that is narrowest at that speed (m/s)."""
+    return replace(steady, hear=partial(narrowed, fastest), numbers=None)
+
+
+def himm(name: str, no_echo: NoEcho, growth: bool = False) -> Contender:
+    """HIMM; its numbers are what an echo adds and takes."""
+    rising, falling = (partial(_stepping, no_echo, growth, way) for way in ("up", "down"))
+    make = partial(_himm_grid, no_echo, growth, Steps())
+    return Contender(name, partial(everywhere, make), of_the_book=True, numbers={"I+": rising, "I-": falling})
+
+
+def counting(name: str) -> Contender:
+    """The reflection map."""
+    return Contender(name, partial(everywhere, maker("counting", Beliefs())), numbers={})
+
+
+def range_layer(name: str) -> Contender:
+    """The baseline; its number is how far it believes."""
+    return Contender(name, _deeper(1.0), numbers={"phi": _deeper})
+
+
+def calibrated(name: str, threshold: float) -> Contender:
+    """Calibrated evidence, which means what it says."""
+    make = partial(everywhere, maker("calibrated", Beliefs()))
+    return Contender(name, make, saturates=False, threshold=threshold, numbers={})
+
+
+def narrowed(fastest: float, ping: RingPing) -> Sounding:
     """The ping with a cone as narrow as the robot is fast."""
-    beta = half_angle(ping.speed, HALF_ANGLE, NARROWEST, FASTEST)
-    return replace(ping.sounding, ranger=replace(ping.sounding.ranger, half_angle=beta))
+    ranger = ping.sounding.ranger
+    beta = half_angle(ping.speed, ranger.half_angle, _NARROWED * ranger.half_angle, fastest)
+    return replace(ping.sounding, ranger=replace(ranger, half_angle=beta))
 
 
-class SurerBayes(BayesGrid):
-    """Bayes' grid with so many times Max_occ, which only stands beside b, and only in region I (11.1)."""
-
-    times = 1.0
-
-    def fuse(self, cone: Cone) -> Cells:
-        """Fuse one ping; the cells of which it spoke."""
-        belief = np.where(cone.occupied, cone.belief * self.times, cone.belief)
-        return super().fuse(replace(cone, belief=belief))
-
-    def copy(self) -> Self:
-        """An independent twin."""
-        twin = super().copy()
-        twin.times = self.times
-        return twin
+def _surer(theory: str, form: Form, no_echo: NoEcho, times: float) -> Maker:
+    """Made with so many times Max_occ, which is 1 at most."""
+    model = Subjective(form, max_occupied=min(times * MAX_OCCUPIED, 1.0))
+    return partial(everywhere, maker(theory, Beliefs(model, no_echo)))
 
 
-def surer_bayes(form: Form, no_echo: NoEcho, times: float) -> Maker:
-    """The maker of Bayes' grids with so many times Max_occ."""
-    return partial(everywhere, partial(_surer_bayes, form, no_echo, times))
+def _stepping(no_echo: NoEcho, growth: bool, way: str, times: float) -> Maker:
+    """HIMM with so many times the step up or down, counting in quarters."""
+    usual = Steps(*(_QUARTERS * step for step in (Steps().up, Steps().down, Steps().most)))
+    steps = replace(usual, **{way: round(times * getattr(usual, way))})
+    return partial(everywhere, partial(_himm_grid, no_echo, growth, steps))
 
 
-def _surer_bayes(form: Form, no_echo: NoEcho, times: float, geometry: GridGeometry) -> Theory:
-    grid = SurerBayes(geometry, MAP_LIMIT, form, no_echo)
-    grid.times = times
-    return grid
+def _himm_grid(no_echo: NoEcho, growth: bool, steps: Steps, geometry: GridGeometry) -> Theory:
+    return HimmGrid(geometry, no_echo, growth, steps)
 
 
-def contenders() -> tuple[Contender, ...]:
-    """All of them, the book's first."""
-    steady = _bayes(Form.CONSISTENT, NoEcho.IGNORE)
-    by_the_book = [_bayes(form, no_echo) for form in Form for no_echo in NoEcho]
-    adaptive = replace(steady, name=f"{steady.name}, beta by speed", hear=by_speed, numbers=None)
-    calibrated = Contender(
-        "calibrated", partial(everywhere, CalibratedGrid), saturates=False, threshold=CALIBRATED, numbers={}
-    )
-    return (*by_the_book, adaptive, calibrated)
+def _deeper(times: float) -> Maker:
+    """The range layer which believes so many times as far."""
+    settings = RangeLayerSettings(phi=times * RangeLayerSettings().phi)
+    return partial(everywhere, partial(_range_layer_grid, settings))
 
 
-def _bayes(form: Form, no_echo: NoEcho) -> Contender:
-    return Contender(
-        f"Bayes {form.value}, no echo: {no_echo.value}",
-        partial(everywhere, partial(bayes, form, no_echo)),
-        of_the_book=True,
-        numbers={"Max_occ": partial(surer_bayes, form, no_echo)} if no_echo is NoEcho.IGNORE else None,
-    )
+def _range_layer_grid(settings: RangeLayerSettings, geometry: GridGeometry) -> Theory:
+    return RangeLayerGrid(geometry, settings)

@@ -8,9 +8,10 @@ from echogrid.mapping import probability_scores as scores
 from echogrid.mapping.metrics import quality
 from echogrid.mapping.pose import Pose
 from echogrid.runtime import comparison, map_files, offline, recording, truth_map
-from echogrid.runtime.compared_theories import WHAT_IT_IS, narrowed
+from echogrid.runtime.compared_theories import WHAT_IT_IS
 from echogrid.runtime.comparison import Comparison, Finding
 from echogrid.runtime.comparison_tables import JUDGED, Table, alike, as_text, figures, sensitivity, tables
+from echogrid.runtime.contenders import narrowed
 from echogrid.runtime.echo_tape import EchoTape, play, speed_at
 from echogrid.runtime.errors import UsageError
 from echogrid.runtime.map_suite import SUREST
@@ -116,7 +117,7 @@ def test_every_number_of_a_theory_is_turned(judged: Comparison) -> None:
     for row in sensitivity(judged).rows:
         numbers.setdefault(row[0], []).append(row[1])
     assert numbers["bayes"] == ["beta", "tolerance", "Max_occ", "threshold"]
-    assert numbers["himm"] == ["beta", "tolerance", "threshold"]
+    assert numbers["himm"] == ["beta", "tolerance", "I+", "I-", "threshold"]
     assert numbers["range-layer"] == ["beta", "tolerance", "phi", "threshold"]
     assert "bayes-by-speed" not in numbers
 

@@ -1,15 +1,14 @@
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from echogrid.mapping.cone import cast
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
-from echogrid.mapping.sonar_model import MAX_OCCUPIED, Form, NoEcho, printed
+from echogrid.mapping.sonar_model import MAX_OCCUPIED, Form, NoEcho
 from echogrid.mapping.sounding import Sounding
-from echogrid.runtime.contenders import contenders, surer_bayes
+from echogrid.runtime.contenders import by_model, contenders, himm
 from echogrid.runtime.ring_recording import RingPing
 from echogrid.runtime.sensitivity import Sway, scaled_beam, scaled_tolerance, sways, turned
 
@@ -38,13 +37,13 @@ def test_every_parameter_is_turned_both_ways_under_a_name_of_its_own() -> None:
     assert CONSISTENT.name not in names
 
 
-@pytest.mark.parametrize("times", [0.75, 1.0, 1.25])
+@pytest.mark.parametrize("times", [0.75, 1.0])
 def test_turning_max_occ_is_turning_it_in_the_equation(times: float) -> None:
-    theory = surer_bayes(Form.PRINTED, NoEcho.IGNORE, times)("museum", GRID)
+    make = by_model("Bayes", "bayes", Form.PRINTED, NoEcho.IGNORE).numbers["Max_occ"](times)
+    theory = make("museum", GRID)
     theory.update(PING.sounding)
     cone = cast(GRID, PING.sounding)
-    due = printed(cone.belief * times, cone.occupied)[cone.occupied]
-    assert due == pytest.approx(cone.belief[cone.occupied] * MAX_OCCUPIED * times)
+    due = cone.belief[cone.occupied] * MAX_OCCUPIED * times
     rows, cols = cone.rows[cone.occupied], cone.cols[cone.occupied]
     assert theory.occupancy()[rows, cols] == pytest.approx(due.clip(0.01, 0.99), abs=1e-3)
     empty = cone.rows[~cone.occupied], cone.cols[~cone.occupied]
@@ -53,12 +52,14 @@ def test_turning_max_occ_is_turning_it_in_the_equation(times: float) -> None:
     )
 
 
-def test_a_twin_is_as_sure() -> None:
-    theory = surer_bayes(Form.PRINTED, NoEcho.IGNORE, 0.75)("museum", GRID)
-    twin = theory.copy()
-    for each in (theory, twin):
-        each.update(PING.sounding)
-    assert np.array_equal(twin.occupancy(), theory.occupancy())
+@pytest.mark.parametrize(("parameter", "times", "due"), [("I+", 1.25, 3.75 / 15), ("I-", 0.75, 2.25 / 15)])
+def test_the_steps_of_himm_are_turned_by_a_quarter(parameter: str, times: float, due: float) -> None:
+    theory = himm("HIMM", NoEcho.IGNORE).numbers[parameter](times)("museum", GRID)
+    theory.update(PING.sounding)
+    at = GRID.cell(2.0, 0.0)
+    if parameter == "I-":
+        theory.update(replace(PING.sounding, echo=2.5))
+    assert theory.occupancy()[at] == pytest.approx(due)
 
 
 def test_the_largest_change_is_that_of_either_direction() -> None:
