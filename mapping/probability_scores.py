@@ -13,6 +13,8 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 NATS_IN_A_BIT = log(2.0)
+FLAT = 1e-6
+"""Probabilities that differ by less are the same: what is left of them is rounding."""
 
 
 def book_score(probability: Floats, occupied: Mask) -> float:
@@ -70,10 +72,11 @@ def calibration_error(probability: Floats, occupied: Mask, bins: int = 10) -> fl
 
 
 def correlation(probability: Floats, occupied: Mask) -> float:
-    """Pearson's r between map and truth; 0 if one of them is the same everywhere."""
-    spread = float(probability.std() * occupied.std())
+    """Pearson's r between map and truth; 0 if one of them is the same everywhere, a map to within `FLAT`."""
+    if float(np.ptp(probability)) < FLAT or occupied.all() or not occupied.any():
+        return 0.0
     together = float(((probability - probability.mean()) * (occupied - occupied.mean())).mean())
-    return together / spread if spread else 0.0
+    return together / float(probability.std() * occupied.std())
 
 
 def map_score(probability: Floats, occupied: Mask) -> float:

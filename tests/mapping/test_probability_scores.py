@@ -90,6 +90,11 @@ def test_a_map_turned_inside_out_has_the_rest_of_the_auc_to_1(p: np.ndarray, tru
     assert area_under_curve(-p, truth) == approx(1.0 - area_under_curve(p, truth))
 
 
+def test_rounding_makes_no_correlation() -> None:
+    p, truth = np.array([0.01, 0.01]), np.array([False, True])
+    assert correlation(p, truth) == correlation(1.0 - p, ~truth) == 0.0
+
+
 @given(maps, truths)
 def test_occupied_and_free_may_change_places(p: np.ndarray, truth: np.ndarray) -> None:
     for score in (book_score, log_loss, brier, correlation, map_score, area_under_curve):
