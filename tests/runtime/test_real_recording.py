@@ -28,7 +28,7 @@ def walls_of_a_map(bearings_deg: tuple[float, ...], theory: str) -> WallScore:
     [("bayes", 0.9), ("dempster-shafer", 0.9), ("calibrated", 0.9), ("counting", 0.5), ("himm", 0.01)],
 )
 def test_the_side_walls_are_drawn_and_the_driven_path_is_not_blocked(theory: str, drawn: float) -> None:
-    """HIMM meets hardly a cell of 5 cm often enough to be 65 % sure of it, and counting is seldom that sure."""
+    """HIMM meets hardly a cell of 5 cm so often that it is 65 % sure, and counting seldom is."""
     found = walls_of_a_map(robond.BEARINGS_DEG, theory)
     assert found.drawn >= drawn
     assert found.path_blocked <= 0.01
