@@ -8,14 +8,13 @@ from typing import ClassVar, NamedTuple
 from echogrid.drivers.bus import CanFrame
 from echogrid.drivers.counter import CountedWheel, Scale
 from echogrid.drivers.device import Health, Line, State, Step
+from echogrid.drivers.freshness import is_old
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.readings import WheelReading
 from echogrid.drivers.role import WheelRole
 
 COUNTS_PER_TURN = 3600
 LENGTH = 8
-PATIENCE_NS = 500_000_000
-"""So old an upload may be; they come at 1 to 500 Hz, as set."""
 
 ENDS = frozenset({-32768, -32000, 32000, 32767})
 """Positions at which it may stop counting: those of the manual's range, and of the 16 bits."""
@@ -107,7 +106,7 @@ class AkServo:
 
     def _condition(self, now_ns: int) -> tuple[State, str]:
         heard = self._upload  # its bus's thread may lose the port at any time
-        if heard is None or _old(heard[0], now_ns):
+        if heard is None or is_old(heard[0], now_ns):
             return (
                 State.SILENT,
                 f"no upload with the identifier {self._identifier:#x}: check its power, wires, id and bit "
@@ -117,7 +116,7 @@ class AkServo:
         if upload.error:
             fault = ERRORS.get(upload.error, f"error {upload.error}")
             return State.FAILED, f"{fault}: clear it at the actuator"
-        if _old(self._wheel.believed_ns, now_ns):
+        if is_old(self._wheel.believed_ns, now_ns):
             return (
                 State.FAULTY,
                 f"no believable positions (now {upload.position / 10:.1f} deg): does it stop counting at the "
@@ -165,7 +164,3 @@ class AkServo:
             self._wheel.restarted()
         self._counts["positions held at an end"] += bool(upload.erpm)
         return bool(upload.erpm)
-
-
-def _old(stamp_ns: int | None, now_ns: int) -> bool:
-    return stamp_ns is None or now_ns - stamp_ns > PATIENCE_NS

@@ -9,12 +9,11 @@ from echogrid.drivers.bus import CanFrame
 from echogrid.drivers.counter import CountedWheel, Scale, difference
 from echogrid.drivers.dbc import Signal, load_signals
 from echogrid.drivers.device import Health, Line, State, Step
+from echogrid.drivers.freshness import is_old
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.readings import WheelReading
 from echogrid.drivers.role import WheelRole
 
-PATIENCE_NS = 500_000_000
-"""So old a position or a velocity may be."""
 STEPS_PER_TURN = 1 << 24
 """A position that is a float is counted in such steps: finer than float32 is after one turn."""
 FLOAT_BITS = 64
@@ -150,17 +149,17 @@ class DbcWheel:
 
     def _condition(self, now_ns: int) -> tuple[State, str]:
         name, signal = self._settings.position, self._position_signal
-        if not _old(self._short_ns, now_ns) and _old(self._heard_ns, now_ns):
+        if not is_old(self._short_ns, now_ns) and is_old(self._heard_ns, now_ns):
             return (
                 State.WRONG_DEVICE,
                 f"its frames are shorter than {signal.length} bytes: is the DBC file its own?",
             )
-        if _old(self._heard_ns, now_ns):
+        if is_old(self._heard_ns, now_ns):
             return (
                 State.SILENT,
                 f"no frame {signal.identifier:#x} ({name}): check power, wires, bit rate, and that it sends",
             )
-        if _old(self._wheel.believed_ns, now_ns):
+        if is_old(self._wheel.believed_ns, now_ns):
             return (
                 State.FAULTY,
                 f"{name} is no number, or jumps further than the wheel can turn: are width, scale, "
@@ -186,12 +185,8 @@ class DbcWheel:
     def _rate(self, now_ns: int) -> float | None:
         """Turns/s of the encoder, if they are told."""
         velocity = self._velocity
-        return None if velocity is None or _old(velocity[0], now_ns) else velocity[1]
+        return None if velocity is None or is_old(velocity[0], now_ns) else velocity[1]
 
 
 def _in(frame: CanFrame, signal: Signal) -> bool:
     return (frame.identifier, frame.extended) == (signal.identifier, signal.extended)
-
-
-def _old(stamp_ns: int | None, now_ns: int) -> bool:
-    return stamp_ns is None or now_ns - stamp_ns > PATIENCE_NS

@@ -7,9 +7,10 @@ from typing import ClassVar
 from echogrid.drivers.bus import CanFrame
 from echogrid.drivers.dbc import load_signals
 from echogrid.drivers.device import Health, Line, State, Step
+from echogrid.drivers.freshness import is_old
 from echogrid.drivers.readings import GyroReading
 from echogrid.drivers.role import GyroRole
-from echogrid.drivers.yaw_gyro import GyroSettings, YawGyro, is_old
+from echogrid.drivers.yaw_gyro import GyroSettings, YawGyro
 
 
 @dataclass(frozen=True, slots=True)

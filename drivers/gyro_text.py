@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from echogrid.drivers.device import Health, Line, State, Step
+from echogrid.drivers.freshness import is_old
 from echogrid.drivers.gyro_line import LineFinder
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.role import GyroRole
 from echogrid.drivers.streaming import BITS_PER_BYTE, NOTHING
-from echogrid.drivers.yaw_gyro import GyroSettings, YawGyro, is_old
+from echogrid.drivers.yaw_gyro import GyroSettings, YawGyro
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 from echogrid.drivers.bus import CanFrame
 from echogrid.drivers.device import Health, Line, State, Step
+from echogrid.drivers.freshness import is_old
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.moteus_frames import (
     FAULTS,
@@ -39,8 +40,6 @@ WITHIN_NS = 50_000_000
 """For so long a reply is waited for."""
 AGAIN_NS = 300_000_000
 """From a request without a reply to the next one: a late reply can't be taken for another's."""
-PATIENCE_NS = 500_000_000
-"""So old what it told may be."""
 GAP_NS = 300_000_000
 """In a longer silence it may have restarted, if it has no counter that would tell."""
 STAMP_ERROR_NS = 1_000_000
@@ -130,14 +129,14 @@ class Moteus:
 
     def _condition(self, now_ns: int) -> tuple[State, str]:
         told = self._told  # its bus's thread may lose the port at any time
-        if told is None or _old(told[0], now_ns):
+        if told is None or is_old(told[0], now_ns):
             return self._speechless(now_ns)
         replies = told[1]
         if replies.number(Register.MODE) == IN_FAULT:
             code = replies.number(Register.FAULT) or 0
             name, volts = FAULTS.get(code, "fault"), replies.quantity(Register.VOLTAGE)
             return State.FAILED, f"{name} ({code}, supply {volts:.1f} V): mend that, then clear it by a stop"
-        if _old(self._believed_ns, now_ns):
+        if is_old(self._believed_ns, now_ns):
             return State.FAULTY, self._unbelieved(replies)
         celsius = replies.quantity(Register.TEMPERATURE)
         if celsius > self._settings.hottest_c:
@@ -150,13 +149,13 @@ class Moteus:
     def _speechless(self, now_ns: int) -> tuple[State, str]:
         """Why there is no reply that can be used."""
         node = self._settings.node
-        if not _old(self._garbled_ns, now_ns):
+        if not is_old(self._garbled_ns, now_ns):
             return (
                 State.GARBLED,
                 f"what comes with the identifier {self._reply:#x} is no reply of a moteus: has another "
                 "device that identifier?",
             )
-        if not _old(self._late_ns, now_ns):
+        if not is_old(self._late_ns, now_ns):
             return (
                 State.STALLED,
                 f"moteus {node} is heard {WITHIN_NS // 1_000_000} ms after it was asked or later, or "
@@ -266,7 +265,3 @@ class Moteus:
         if not self._angle.precedes(stamp_ns):
             return "positions out of order"
         return ""
-
-
-def _old(stamp_ns: int | None, now_ns: int) -> bool:
-    return stamp_ns is None or now_ns - stamp_ns > PATIENCE_NS

@@ -9,6 +9,7 @@ from echogrid.drivers.bus import CanFrame
 from echogrid.drivers.canopen import NmtState
 from echogrid.drivers.counter import CountedWheel, Scale
 from echogrid.drivers.device import Health, Line, State, Step
+from echogrid.drivers.freshness import is_old
 from echogrid.drivers.readings import WheelReading
 from echogrid.drivers.roboteq_flags import FAULT_FLAGS, OVERHEAT, STATUS_FLAGS, Flags, fault_report
 from echogrid.drivers.roboteq_poll import LATE_NS, Poll
@@ -181,9 +182,9 @@ class Roboteq:
                 f"{self._refusal}: has it that channel, and that counter? Older firmware lacks some objects: "
                 'update it, or set source = "variable"',
             )
-        if _old(self._count_ns, now_ns, COUNT_NS):
+        if is_old(self._count_ns, now_ns, COUNT_NS):
             return State.STALLED, self._missing(now_ns)
-        if _old(self._wheel.believed_ns, now_ns, COUNT_NS):
+        if is_old(self._wheel.believed_ns, now_ns, COUNT_NS):
             return State.FAULTY, self._jumping()
         if faults := self._flags.faults(now_ns):
             return State.HOT if faults == OVERHEAT else State.FAILED, fault_report(faults)
@@ -196,7 +197,7 @@ class Roboteq:
         return State.WELL, "; ".join(("turning counted", *self._flags.remarks(now_ns)))
 
     def _silent(self, now_ns: int) -> bool:
-        return _old(self._heard_ns, now_ns, max(COUNT_NS, self._beats_ns))
+        return is_old(self._heard_ns, now_ns, max(COUNT_NS, self._beats_ns))
 
     def _unheard(self) -> str:
         """What may be wrong if nothing comes."""
@@ -218,7 +219,7 @@ class Roboteq:
                 f"heartbeats, but no TPDO{settings.tpdo}, which has VAR{settings.variable}: give it a send "
                 f"rate (CTPS {settings.tpdo}; in MiniCAN SendRate)"
             )
-        if not _old(self._late_ns, now_ns, COUNT_NS):
+        if not is_old(self._late_ns, now_ns, COUNT_NS):
             return f"its replies come more than {LATE_NS // 1_000_000} ms late: is its bus full?"
         asked = f"no reply to the request for {object_name(settings.read)}"
         if state:
@@ -236,7 +237,7 @@ class Roboteq:
     def _beatless(self, now_ns: int) -> bool:
         """Whether it should send heartbeats, and does not."""
         beat = self._beat  # its bus's thread may lose the port at any time
-        return self._beats_ns > 0 and _old(beat[0] if beat else None, now_ns, self._beats_ns)
+        return self._beats_ns > 0 and is_old(beat[0] if beat else None, now_ns, self._beats_ns)
 
 
 def _parts(settings: RoboteqSettings) -> dict[int, tuple[str, int]]:
@@ -248,7 +249,3 @@ def _parts(settings: RoboteqSettings) -> dict[int, tuple[str, int]]:
     }
     identifier, name = counts[settings.source]
     return {canopen.HEARTBEAT + node: ("heartbeat", 1), identifier: (name, canopen.LENGTH)}
-
-
-def _old(stamp_ns: int | None, now_ns: int, patience_ns: int) -> bool:
-    return stamp_ns is None or now_ns - stamp_ns > patience_ns

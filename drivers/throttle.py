@@ -16,14 +16,21 @@ class Throttle:
         """Whether the motor is enabled, and turns as it is asked to. Written by the bus's thread."""
         self._most = most
         self._asked: tuple[int, float] | None = None
+        self._lapsed = False
 
     def ask(self, now_ns: int, rate: float) -> None:
-        """Ask for a rate, rad/s of the wheel, positive ahead; to be repeated while it shall last."""
-        self._asked = now_ns, clipped(rate, self._most)
+        """Ask for a rate, rad/s of the wheel, positive ahead; to be repeated while it shall last.
+
+        Whoever paused for longer than a rate is fresh must ask for zero before the wheel turns again: what was
+        wanted before the pause may be wrong after it.
+        """
+        paused = self._asked is not None and now_ns - self._asked[0] > FRESH_NS
+        self._lapsed = rate != 0.0 and (self._lapsed or paused)
+        self._asked = now_ns, 0.0 if self._lapsed else clipped(rate, self._most)
 
     def release(self) -> None:
         """Ask for nothing any more: the motor shall be let go."""
-        self._asked = None
+        self._asked, self._lapsed = None, False
 
     def stands(self, now_ns: int) -> bool:
         """Whether it is asked, freshly, to stand."""

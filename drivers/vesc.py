@@ -9,6 +9,7 @@ from typing import ClassVar, NamedTuple
 from echogrid.drivers.bus import CanFrame
 from echogrid.drivers.counter import CountedWheel, Scale
 from echogrid.drivers.device import Health, Line, State, Step
+from echogrid.drivers.freshness import is_old
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.motor import Motor
 from echogrid.drivers.readings import WheelReading
@@ -20,8 +21,6 @@ COUNTS_PER_ELECTRICAL_TURN = 6
 TACHOMETER_BITS = 32
 LENGTH = 8
 
-PATIENCE_NS = 500_000_000
-"""So old a status may be; factory rates are 50 and 5 Hz."""
 WARMTH_NS = 5_000_000_000
 """So long a temperature is remembered."""
 BOOT_NS = 2_000_000_000
@@ -155,7 +154,7 @@ class Vesc:
             packet = self._packet(frame)
             if packet is not None:
                 readings += self._take(packet, frame.stamp_ns or now_ns, frame.data)
-        able = not _old(self._heard_ns, now_ns)
+        able = not is_old(self._heard_ns, now_ns)
         send = self._motor.step(now_ns, driven=True, able=able)
         return Step(tuple(readings), tuple(send), self._motor.deadline_ns)
 
@@ -176,19 +175,19 @@ class Vesc:
 
     def _condition(self, now_ns: int) -> tuple[State, str]:
         node = self._settings.node
-        if _old(self._heard_ns, now_ns):
+        if is_old(self._heard_ns, now_ns):
             return (
                 State.SILENT,
                 f"no status from VESC {node}{self._neighbours()}: check its power, wires, ID and bit rate, "
                 "that its CAN mode is VESC, and that it sends status messages",
             )
-        if _old(self._tachometer_ns, now_ns):
+        if is_old(self._tachometer_ns, now_ns):
             return (
                 State.STALLED,
                 "status messages, but no tachometer: let it send STATUS_5 (bit 4, 0x10, of "
                 "can_status_msgs_r1) at 10 Hz or more",
             )
-        if _old(self._wheel.believed_ns, now_ns):
+        if is_old(self._wheel.believed_ns, now_ns):
             return (
                 State.FAULTY,
                 "its tachometer jumps further than the wheel can turn: are pole_pairs, gear and "
@@ -209,7 +208,7 @@ class Vesc:
     def _hot(self, now_ns: int) -> str:
         """What is too warm; empty if nothing is, or if it does not tell."""
         warmth = self._warmth  # its bus's thread may lose the port at any time
-        if warmth is None or _old(warmth[0], now_ns, WARMTH_NS):
+        if warmth is None or is_old(warmth[0], now_ns, WARMTH_NS):
             return ""
         parts = (
             ("FETs", warmth[1].fet_c, self._settings.hottest_fet_c),
@@ -257,10 +256,6 @@ class Vesc:
 
     def _rate(self, now_ns: int) -> float | None:
         """Turns/s of the motor, if it tells its speed."""
-        if self._motion is None or _old(self._motion[0], now_ns):
+        if self._motion is None or is_old(self._motion[0], now_ns):
             return None
         return self._motion[1].erpm / 60 / self._settings.pole_pairs
-
-
-def _old(stamp_ns: int | None, now_ns: int, patience_ns: int = PATIENCE_NS) -> bool:
-    return stamp_ns is None or now_ns - stamp_ns > patience_ns

@@ -5,12 +5,11 @@ from dataclasses import dataclass
 from math import isfinite, radians
 from typing import Literal
 
+from echogrid.drivers.freshness import is_old
 from echogrid.drivers.limits import require_between
 from echogrid.drivers.readings import GyroReading
 from echogrid.drivers.role import GyroRole
 
-PATIENCE_NS = 500_000_000
-"""So long it may be silent."""
 LONGEST_LAG_MS = 200.0
 """What is later can't be waited for."""
 ERROR_NS = 2_000_000
@@ -73,11 +72,6 @@ class YawGyro:
 
     def _believed(self, now_ns: int) -> bool:
         return not is_old(self._believed_ns, now_ns)
-
-
-def is_old(stamp_ns: int | None, now_ns: int) -> bool:
-    """Whether it was never, or longer ago than a gyro may be silent."""
-    return stamp_ns is None or now_ns - stamp_ns > PATIENCE_NS
 
 
 def is_for_gyros(driver: object) -> bool:

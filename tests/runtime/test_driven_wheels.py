@@ -131,7 +131,7 @@ def test_nothing_that_touches_the_motor_is_sent_before_a_rate_is_asked_for(make:
     assert asked == listening.sent
 
 
-def test_a_rate_that_is_not_asked_for_anew_stops_the_wheel(trial: Trial) -> None:
+def test_a_rate_that_is_not_asked_for_anew_stops_the_wheel_until_zero_is_asked_for(trial: Trial) -> None:
     trial.run(2.0)
     trial.run(1.0, 0.0)
     trial.run(1.0, 6.0)
@@ -139,6 +139,9 @@ def test_a_rate_that_is_not_asked_for_anew_stops_the_wheel(trial: Trial) -> None
     assert trial.rate == approx(6.0, rel=0.01)
     trial.run(0.35)
     assert trial.rate == 0.0
+    trial.run(1.0, 6.0)
+    assert trial.rate == 0.0
+    trial.run(0.5, 0.0)
     trial.run(1.0, 6.0)
     assert trial.rate == approx(6.0, rel=0.01)
 
