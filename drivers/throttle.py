@@ -21,8 +21,8 @@ class Throttle:
     def ask(self, now_ns: int, rate: float) -> None:
         """Ask for a rate, rad/s of the wheel, positive ahead; to be repeated while it shall last.
 
-        Whoever paused for longer than a rate is fresh must ask for zero before the wheel turns again: what was
-        wanted before the pause may be wrong after it.
+        Whoever paused for longer than a rate is fresh must ask for zero before the wheel turns again: what
+        was wanted before the pause may be wrong after it.
         """
         paused = self._asked is not None and now_ns - self._asked[0] > FRESH_NS
         self._lapsed = rate != 0.0 and (self._lapsed or paused)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
 
-from echogrid.emulation.devices.odrive import CansimpleAxis, State, require_node
+from echogrid.emulation.devices.cansimple_axis import CansimpleAxis, State, require_node
 
 _VERSION = 0x000
 _PROTOCOL = 2

@@ -6,7 +6,7 @@ import pytest
 
 from echogrid.drivers.bus import CanFrame
 from echogrid.emulation.buses.can_bus import CanBus
-from echogrid.emulation.devices.odrive import State
+from echogrid.emulation.devices.cansimple_axis import State
 from echogrid.emulation.devices.odrive06 import ODrive06Axis, ODrive06Options, heartbeat
 from echogrid.emulation.devices.odrive06 import version as told_version
 

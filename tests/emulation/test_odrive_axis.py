@@ -7,7 +7,8 @@ import pytest
 
 from echogrid.drivers.bus import CanFrame
 from echogrid.emulation.buses.can_bus import CanBus
-from echogrid.emulation.devices.odrive import ODriveAxis, ODriveOptions, State, counts, estimates, heartbeat
+from echogrid.emulation.devices.cansimple_axis import State, estimates
+from echogrid.emulation.devices.odrive import ODriveAxis, ODriveOptions, counts, heartbeat
 
 MS = 1_000_000
 SECOND = 1000 * MS
