@@ -96,14 +96,17 @@ def standing_table(found: Standings, columns: Sequence[Column], trials: str) -> 
 
 
 def difference_table(found: Standings, contenders: Sequence[Contender]) -> Iterator[str]:
-    """A row for each theory that is not of the book: how much it differs from the book's best."""
-    yield f"| less the best of the book | {' | '.join(column.title for column in COMPARED)} |"
-    yield "|---|" + "---|" * len(COMPARED)
+    """A row for each theory that is not of the book: how much it differs from the book's best, and from the
+    others that are not."""
+    yield f"| theory | less | {' | '.join(column.title for column in COMPARED)} |"
+    yield "|---|---|" + "---|" * len(COMPARED)
     book = [contender.name for contender in contenders if contender.of_the_book]
-    for contender in contenders:
-        if not contender.of_the_book and book:
-            cells = (difference(found, contender.name, book, column) for column in COMPARED)
-            yield f"| {contender.name} | {' | '.join(cells)} |"
+    others = [contender.name for contender in contenders if not contender.of_the_book]
+    for index, name in enumerate(others):
+        rivals = {"the best of the book": book} if book else {}
+        for less, names in (rivals | {other: [other] for other in others[:index]}).items():
+            cells = (difference(found, name, names, column) for column in COMPARED)
+            yield f"| {name} | {less} | {' | '.join(cells)} |"
 
 
 def difference(found: Standings, name: str, others: Sequence[str], column: Column) -> str:

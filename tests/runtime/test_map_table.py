@@ -53,12 +53,21 @@ def test_theories_of_others_are_compared_with_the_best_of_the_book_in_each_figur
     }
     book = [Contender(name, ignorant, of_the_book=True) for name in ("old", "older")]
     head, _, row = difference_table(found, [*book, Contender("new", ignorant)])
-    assert len(cells(head)) == 1 + len(COMPARED)
-    assert cells(row)[:2] == ["new", "+0.200 (+0.200 to +0.200), p = 0.0002"]
-    assert cells(row)[2] == "+0.000 (+0.000 to +0.000), p = 1"
+    assert len(cells(head)) == 2 + len(COMPARED)
+    assert cells(row)[:3] == ["new", "the best of the book", "+0.200 (+0.200 to +0.200), p = 0.0002"]
+    assert cells(row)[3] == "+0.000 (+0.000 to +0.000), p = 1"
 
 
-def test_without_a_book_nothing_is_compared() -> None:
+def test_theories_of_others_are_compared_with_each_other_too() -> None:
+    found: Standings = {
+        "new": laps("auc", (0.8, 0.8), (0.8, 0.8)),
+        "newer": laps("auc", (0.9, 0.9), (0.9, 0.9)),
+    }
+    _, _, row = difference_table(found, [Contender(name, ignorant) for name in found])
+    assert cells(row)[:3] == ["newer", "new", "+0.100 (+0.100 to +0.100), p = 0.0002"]
+
+
+def test_a_theory_alone_is_compared_with_nothing() -> None:
     found = {"new": laps("auc", (0.9, 0.9))}
     assert len(list(difference_table(found, [Contender("new", ignorant)]))) == 2
 
