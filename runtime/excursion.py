@@ -84,7 +84,7 @@ class Excursion:
         return Stage.OVER if age_ns >= LET_GO_NS else self.stage
 
     def _after_enabling(self, age_ns: int, reports: Sequence[DeviceReport]) -> Stage:
-        if self._driving.obeyed and not _failing(reports):
+        if self._driving.obeyed and not failing(reports):
             return Stage.DRIVING
         if age_ns < ENABLE_WITHIN_NS:
             return Stage.ENABLING
@@ -96,7 +96,7 @@ class Excursion:
         if pause_ns > FRESH_NS:  # The wheels were stopped meanwhile, and must not start by themselves.
             self.trouble = f"stopped early: it paused for {pause_ns * 1e-9:.1f} s: is this machine too busy?"
             return Stage.STOPPING
-        if not self._driving.obeyed or _failing(reports):
+        if not self._driving.obeyed or failing(reports):
             self.trouble = f"stopped early: {_told(reports)}"
             return Stage.STOPPING
         return Stage.STOPPING if age_ns >= self._wanted.lasts_ns else Stage.DRIVING
@@ -119,7 +119,7 @@ class Excursion:
             self._driving.release()
 
 
-def _failing(reports: Sequence[DeviceReport]) -> bool:
+def failing(reports: Sequence[DeviceReport]) -> bool:
     """Whether anything is wrong with a wheel that ends a drive."""
     return any(each.health.state not in SOUND for each in reports)
 
