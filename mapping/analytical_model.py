@@ -22,7 +22,7 @@ from math import asin, pi
 import numpy as np
 
 from echogrid.mapping.cone import Cone, Floats
-from echogrid.mapping.sonar_model import FALSE, HEARD, no_echo_log_odds
+from echogrid.mapping.sonar_model import FALSE, heard, no_echo_log_odds
 from echogrid.mapping.sounding import Sounding
 
 DENSITY = 0.05
@@ -102,13 +102,13 @@ class Analytical:
 
     def echo(self, cone: Cone) -> Floats:
         """(n,) ln(P(s|Occupied)/P(s|Empty))."""
-        answer = HEARD * self.amplitude(cone.bearing) ** 2
+        answer = heard(cone.ranger) * self.amplitude(cone.bearing) ** 2
         on_arc = np.where(cone.occupied, answer, 0.0)
         others = 1.0 - (1.0 - FALSE) * np.exp(-DENSITY * (on_arc.sum() - on_arc))
-        heard: Floats = np.log(answer + (1.0 - answer) * others) - np.log(others)
-        return np.where(cone.occupied, heard, self.silence(cone))
+        ratio: Floats = np.log(answer + (1.0 - answer) * others) - np.log(others)
+        return np.where(cone.occupied, ratio, self.silence(cone))
 
     def silence(self, cone: Cone) -> Floats:
         """(n,) The same of silence."""
-        near = np.maximum(1.0 - (cone.distance / cone.farthest) ** 2, 0.0)
-        return no_echo_log_odds(HEARD * self.amplitude(cone.bearing) ** 2 * near)
+        near = np.maximum(1.0 - (cone.distance / cone.ranger.farthest) ** 2, 0.0)
+        return no_echo_log_odds(heard(cone.ranger) * self.amplitude(cone.bearing) ** 2 * near)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from echogrid.mapping.grid import GridGeometry, Patch
 from echogrid.mapping.pose import Pose, wrap_angle
-from echogrid.mapping.ranger import effective_tolerance
+from echogrid.mapping.ranger import Ranger, effective_tolerance
 from echogrid.mapping.sounding import Sounding
 
 Floats = NDArray[np.float64]
@@ -37,8 +37,8 @@ class Cone:
     """True in region I, False in region II."""
     echo: bool
     """False if nothing came back: then all of it is region II."""
-    half_angle: float
-    farthest: float
+    ranger: Ranger
+    """As it was believed to be."""
     reading: float
     """m, s; the reach if nothing came back."""
 
@@ -80,8 +80,7 @@ def cast(geometry: GridGeometry, sounding: Sounding) -> Cone:
         belief(distance, bearing, ranger.farthest, ranger.half_angle),
         distance >= s - band if echo else np.zeros(len(rows), np.bool_),
         echo,
-        ranger.half_angle,
-        ranger.farthest,
+        ranger,
         s,
     )
 

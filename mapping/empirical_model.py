@@ -8,6 +8,7 @@ bin's cells and N of all cells that were spoken of,
 each count one higher than it is (Laplace), and 0 in a bin of fewer than 30.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import radians
 
@@ -15,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from echogrid.mapping.cone import Cone, Floats
+from echogrid.mapping.ranger import Ranger
+from echogrid.mapping.sonar_model import SonarModel
 from echogrid.mapping.sounding import Sounding
 
 FEWEST = 30
@@ -119,6 +122,29 @@ class Empirical:
         result = np.zeros(len(cone.rows))
         result[inside] = table[index]
         return result
+
+
+@dataclass(frozen=True, slots=True)
+class EmpiricalOfEach:
+    """Every ranger's own model, by its name; another one for those which have none."""
+
+    own: Mapping[str, Empirical]
+    otherwise: SonarModel
+
+    def believed(self, sounding: Sounding) -> Sounding:
+        """The ping as its ranger's model believes it."""
+        return self._of(sounding.ranger).believed(sounding)
+
+    def echo(self, cone: Cone) -> Floats:
+        """(n,) ln(P(s|Occupied)/P(s|Empty))."""
+        return self._of(cone.ranger).echo(cone)
+
+    def silence(self, cone: Cone) -> Floats:
+        """(n,) The same of silence."""
+        return self._of(cone.ranger).silence(cone)
+
+    def _of(self, ranger: Ranger) -> SonarModel:
+        return self.own.get(ranger.name, self.otherwise)
 
 
 class Tally:

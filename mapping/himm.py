@@ -37,7 +37,7 @@ class HimmGrid:
     """Counts in bytes. A cell that no axis has met is unknown, which is not the same as a count of 0.
 
     Silence is ignored, for there is no evidence weaker than a whole count; with `CLEAR` it takes 1 from every
-    cell up to the ranger's reach.
+    cell up to the ranger's reach. A ranger's own word on silence goes before the grid's.
     """
 
     def __init__(
@@ -60,7 +60,9 @@ class HimmGrid:
 
     def update(self, sounding: Sounding) -> Patch | None:
         """Fuse one ping; the patch that it touched, None if it said nothing."""
-        if sounding.echo is None and not self._clears:
+        own = sounding.ranger.no_echo
+        clears = self._clears if own is None else own is NoEcho.CLEAR
+        if sounding.echo is None and not clears:
             return None
         length = sounding.ranger.farthest if sounding.echo is None else sounding.echo
         ray = cross(self.geometry, sounding.transducer, length)

@@ -68,7 +68,8 @@ class LocalGrid:
 
     def fuse(self, transducer: Pose, ranger: Ranger, echo_distance: float | None, stamp_ns: int) -> None:
         """Fuse a ping sent from `transducer` (odom frame)."""
-        cone = cast(self.geometry, Sounding(transducer, ranger, echo_distance, self._tolerance))
+        tolerance = self._tolerance if ranger.tolerance is None else ranger.tolerance
+        cone = cast(self.geometry, Sounding(transducer, ranger, echo_distance, tolerance))
         spoken = self.grid.fuse(cone)
         self.seen_ns[spoken] = np.maximum(self.seen_ns[spoken], stamp_ns)
 

@@ -48,7 +48,8 @@ class LongTermMap:
         """Fuse a ping sent from `transducer` (map frame); False if it said nothing about the map's area."""
         grid = self._submap.grid
         seat = self._submap.anchor.inverse().compose(transducer)
-        return grid.update(Sounding(seat, ranger, echo_distance, self._tolerance, stamp_ns)) is not None
+        tolerance = self._tolerance if ranger.tolerance is None else ranger.tolerance
+        return grid.update(Sounding(seat, ranger, echo_distance, tolerance, stamp_ns)) is not None
 
     def render(self) -> MapImage:
         """The published map."""

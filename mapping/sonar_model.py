@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from echogrid.mapping.cone import Cone
+from echogrid.mapping.ranger import NoEcho as NoEcho
+from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sounding import Sounding
 
 Floats = NDArray[np.float64]
@@ -74,14 +76,6 @@ class Form(Enum):
         return model(cone.belief, cone.occupied, max_occupied)
 
 
-class NoEcho(Enum):
-    """What it means that nothing came back."""
-
-    IGNORE = "ignore"
-    WEAK = "weak"
-    CLEAR = "clear"
-
-
 def printed(belief: Floats, occupied: NDArray[np.bool_], max_occupied: float = MAX_OCCUPIED) -> Floats:
     """P(s|Occupied) as printed: b Max_occ in region I (11.1), 1 - b in region II (11.2). P(s|Empty) is the
     rest to 1."""
@@ -114,15 +108,22 @@ def no_echo_log_odds(detection: Floats) -> Floats:
 
 
 def evidence(cone: Cone, model: SonarModel, no_echo: NoEcho) -> Floats:
-    """(n,) The log-likelihood ratio of occupied against empty for each of the cone's cells."""
-    if cone.echo or no_echo is NoEcho.CLEAR:
+    """(n,) The log-likelihood ratio of occupied against empty for each of the cone's cells; silence is worth
+    `no_echo`, or what the ranger has for its own."""
+    policy = cone.ranger.no_echo or no_echo
+    if cone.echo or policy is NoEcho.CLEAR:
         return model.echo(cone)
-    return model.silence(cone) if no_echo is NoEcho.WEAK else np.zeros(len(cone.rows))
+    return model.silence(cone) if policy is NoEcho.WEAK else np.zeros(len(cone.rows))
+
+
+def heard(ranger: Ranger) -> float:
+    """p_d of an obstacle on the ranger's axis, and near."""
+    return HEARD if ranger.detection is None else ranger.detection
 
 
 def weak_silence(cone: Cone) -> Floats:
     """(n,) Log-likelihood ratios of silence; p_d falls to nothing 8 deg off the axis, and at 0.6 of the
     reach."""
     central = np.maximum(1.0 - (cone.bearing / _NO_ECHO_ANGLE) ** 2, 0.0)
-    near = np.maximum(1.0 - (cone.distance / (_NO_ECHO_REACH * cone.farthest)) ** 2, 0.0)
-    return no_echo_log_odds(HEARD * central * near)
+    near = np.maximum(1.0 - (cone.distance / (_NO_ECHO_REACH * cone.ranger.farthest)) ** 2, 0.0)
+    return no_echo_log_odds(heard(cone.ranger) * central * near)

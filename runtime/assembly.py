@@ -2,11 +2,13 @@
 
 from collections.abc import Callable
 from math import radians
+from pathlib import Path
 from typing import Any
 
 from echogrid.drivers.device import BusLine
 from echogrid.drivers.sound import speed_of_sound
 from echogrid.mapping.analytical_model import Analytical
+from echogrid.mapping.empirical_model import EmpiricalOfEach
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.gyro import Gyro
 from echogrid.mapping.kinematics import Ackermann, Differential, Tricycle, skid_steer
@@ -25,6 +27,7 @@ from echogrid.mapping.theory import Theory
 from echogrid.mapping.verification import Believer, Verifier
 from echogrid.mapping.virtual_sensor import Sight, VirtualSensor
 from echogrid.mapping.yaw_fusion import YawFusion
+from echogrid.runtime import sonar_model_file
 from echogrid.runtime.config import Config
 from echogrid.runtime.errors import ConfigError, UsageError
 from echogrid.runtime.fusion import Fusion
@@ -89,11 +92,19 @@ def theory(config: Config) -> Callable[[GridGeometry], Theory]:
 
 
 def sonar_model(config: Config) -> SonarModel:
-    """The configured one."""
+    """The configured one. Raises UsageError for a model's file that can't be read."""
     area = config.map
+    if area.model == "empirical" and area.model_file:
+        return EmpiricalOfEach(sonar_model_file.read(Path(area.model_file)), subjective(config))
     radius_mm, khz = area.transducer_radius_mm, area.transducer_khz
     if area.model == "analytical" and radius_mm and khz:
         return Analytical(radius_mm * 1e-3, speed_of_sound(config.robot.air_temperature_c) / (khz * 1e3))
+    return subjective(config)
+
+
+def subjective(config: Config) -> Subjective:
+    """The book's model with the configured numbers."""
+    area = config.map
     # Dempster-Shafer's masses (11.7, 11.8) are those of the consistent form, whatever Bayes believes.
     printed = area.model == "murphy" and area.theory == "bayes"
     return Subjective(Form.PRINTED if printed else Form.CONSISTENT, area.max_occupied)

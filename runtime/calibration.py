@@ -16,7 +16,7 @@ from echogrid.runtime.config import Config, RobotConfig
 from echogrid.runtime.errors import UsageError
 from echogrid.runtime.recording import wheel_rows
 from echogrid.runtime.simple_log import RowFaults
-from echogrid.runtime.toml_edit import with_numbers
+from echogrid.runtime.toml_edit import with_values
 
 T = TypeVar("T")
 
@@ -149,9 +149,9 @@ def write(path: Path, found: Calibration) -> list[str]:
     values = {key: value for key in MEASURES if (value := getattr(new, key)) != getattr(old, key)}
     zero = {ZERO: found.zeros[1]} if found.zeros and found.zeros[1] != _zero(config) else {}
     try:
-        edited = with_numbers(path.read_bytes().decode(), "robot", values)
+        edited = with_values(path.read_bytes().decode(), "robot", values)
         if zero:
-            edited = with_numbers(edited, "wheel", zero, _steering(config))
+            edited = with_values(edited, "wheel", zero, _steering(config))
     except ValueError as error:
         told = ", ".join(f"{key} = {value:.7g}" for key, value in (values | zero).items())
         raise UsageError([f"{path}: {error}: write it yourself: {told}"]) from error

@@ -87,6 +87,12 @@ class SensorConfig:
     driver: str | None = None
     bus: str | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
+    tolerance_m: float | None = None
+    """Its own, where it is not that of [map]; so are the following two."""
+    silence: NoEcho | None = None
+    """What [map] calls `no_echo`, a word that is a driver's own."""
+    detection: float | None = None
+    """How often an obstacle on the axis and near answers."""
 
     def __post_init__(self) -> None:
         plain = self.name.isprintable() and self.name == self.name.strip()
@@ -96,11 +102,24 @@ class SensorConfig:
         _require(0 < self.half_angle_deg < 90, "`half_angle_deg` must lie between 0 and 90")
         _require(0 <= self.min_m < self.max_m, "`min_m` must be at least 0 and below `max_m`")
         _require(self.max_m <= 100, "`max_m` must be at most 100")
+        tolerable = self.tolerance_m is None or 0 < self.tolerance_m <= 10
+        _require(tolerable, "`tolerance_m` must be above 0 and at most 10")
+        likely = self.detection is None or 0 <= self.detection <= 0.99
+        _require(likely, "`detection` must lie in 0...0.99")
 
     def ranger(self) -> Ranger:
         """As the map sees it."""
         mount = Pose(self.x_m, self.y_m, radians(self.yaw_deg))
-        return Ranger(self.name, mount, radians(self.half_angle_deg), self.min_m, self.max_m)
+        return Ranger(
+            self.name,
+            mount,
+            radians(self.half_angle_deg),
+            self.min_m,
+            self.max_m,
+            self.tolerance_m,
+            self.silence,
+            self.detection,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,13 +246,15 @@ class MapConfig:
     width_m: float | None = None
     height_m: float | None = None
     tolerance_m: float = 0.1
-    model: Literal["murphy", "murphy-consistent", "analytical"] = "murphy-consistent"
+    model: Literal["murphy", "murphy-consistent", "analytical", "empirical"] = "murphy-consistent"
     """Of Bayes and Dempster-Shafer, as is the following."""
     max_occupied: float = MAX_OCCUPIED
     """Max_occ of the book's models."""
     transducer_radius_mm: float | None = None
     """Of the analytical model."""
     transducer_khz: float | None = None
+    model_file: str | None = None
+    """Of the empirical model: the file beside robot.toml that `echogrid calibrate sensor` wrote."""
     theory: Literal["bayes", "dempster-shafer", "himm", "counting", "calibrated"] = "calibrated"
     no_echo: NoEcho = NoEcho.WEAK
     pose_gap_s: float = 0.5
@@ -247,6 +268,10 @@ class MapConfig:
             _require(value is None or 0 < value <= most, f"`{name}` must be above 0 and at most {most}")
             needed = value is not None or self.model != "analytical"
             _require(needed, f'`{name}` is needed for model = "analytical"')
+        filed = self.model_file is not None or self.model != "empirical"
+        _require(
+            filed, '`model_file` is needed for model = "empirical": `echogrid calibrate sensor` writes it'
+        )
         _require((self.width_m is None) == (self.height_m is None), "`width_m` and `height_m` go together")
         for side in (self.width_m, self.height_m):
             _require(side is None or 0 < side <= 10_000, "`width_m` and `height_m` must lie in 0...10000")

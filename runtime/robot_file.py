@@ -3,11 +3,12 @@
 import tomllib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import fields
+from dataclasses import fields, replace
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
+from echogrid.runtime import sonar_model_file
 from echogrid.runtime.config import Config, GyroConfig, RobotConfig, SensorConfig, WheelConfig
 from echogrid.runtime.errors import ConfigError, UsageError, described
 from echogrid.runtime.toml_lines import Place, key_lines
@@ -30,7 +31,24 @@ def load(path: Path) -> Config:
     config, problems = _checked(table)
     if config is None or problems:
         raise UsageError(_located(path, text, problems))
-    return config
+    return _with_its_model(path, text, config)
+
+
+def _with_its_model(path: Path, text: str, config: Config) -> Config:
+    """The configuration with the model's file found beside robot.toml, and looked through."""
+    name, place = config.map.model_file, ("map", "model_file")
+    if name is None:
+        return config
+    if Path(name).name != name:
+        plain = f"`model_file` is the name of a file beside robot.toml, not a path: {name!r}"
+        raise UsageError(_located(path, text, [(place, plain)]))
+    beside = str(path.resolve().parent / name)
+    if config.map.model == "empirical":
+        try:
+            sonar_model_file.read(Path(beside))
+        except UsageError as error:
+            raise UsageError(_located(path, text, [(place, what) for what in error.problems])) from error
+    return replace(config, map=replace(config.map, model_file=beside))
 
 
 @contextmanager

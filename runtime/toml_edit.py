@@ -1,14 +1,17 @@
-"""Changing numbers in a TOML file in place: every other byte of it stays."""
+"""Changing values in a TOML file in place: every other byte of it stays."""
 
 import re
 import tomllib
 from collections.abc import Mapping
+from json import dumps, loads
 from typing import Any
 
 from echogrid.runtime.toml_lines import Place, key_lines
 
+Value = float | str
 
-def with_numbers(text: str, table: str, values: Mapping[str, float], index: int | None = None) -> str:
+
+def with_values(text: str, table: str, values: Mapping[str, Value], index: int | None = None) -> str:
     """The text with these keys of a [table] set, or of the [[table]] with that index.
 
     Keys which are not there come after those which are.
@@ -21,26 +24,25 @@ def with_numbers(text: str, table: str, values: Mapping[str, float], index: int 
     missing = {key: value for key, value in values.items() if (*place, key) not in known}
     for key in values.keys() - missing:
         line = known[*place, key] - 1
-        lines[line] = re.sub(
-            rf"^(\s*{re.escape(key)}\s*=\s*)[^\s#]+", rf"\g<1>{_number(values[key])}", lines[line]
-        )
+        if old := re.match(rf"(\s*{re.escape(key)}\s*=\s*)[^\s#]+", lines[line]):
+            lines[line] = old[1] + _written(values[key]) + lines[line][old.end() :]
     if missing and place in known:
         at = max(known.get((*place, key), known[place]) for key in values)
         end = "\r\n" if lines[at - 1].endswith("\r\n") else "\n"
         lines[at - 1] = lines[at - 1].rstrip("\r\n") + end
-        lines[at:at] = [f"{key} = {_number(value)}{end}" for key, value in missing.items()]
+        lines[at:at] = [f"{key} = {_written(value)}{end}" for key, value in missing.items()]
     result = "".join(lines)
     if not _is_that(result, text, place, values):
         raise ValueError(f"[{table}] is not written one key a line")
     return result
 
 
-def _number(value: float) -> str:
+def _written(value: Value) -> str:
     """Seven digits are finer than anything that can be measured."""
-    return repr(float(f"{value:.7g}"))
+    return dumps(value) if isinstance(value, str) else repr(float(f"{value:.7g}"))
 
 
-def _is_that(result: str, text: str, place: Place, values: Mapping[str, float]) -> bool:
+def _is_that(result: str, text: str, place: Place, values: Mapping[str, Value]) -> bool:
     """Whether the result says what the text said, but for these values."""
     wanted = tomllib.loads(text)
     table: Any = wanted
@@ -48,7 +50,7 @@ def _is_that(result: str, text: str, place: Place, values: Mapping[str, float]) 
         table = table.setdefault(step, {}) if isinstance(table, dict) else table[step]
     if not isinstance(table, dict):
         return False
-    table |= {key: float(_number(value)) for key, value in values.items()}
+    table |= {key: loads(_written(value)) for key, value in values.items()}
     try:
         return tomllib.loads(result) == wanted
     except tomllib.TOMLDecodeError:

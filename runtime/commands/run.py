@@ -122,12 +122,17 @@ def _live(config: "Config", arguments: argparse.Namespace, stack: ExitStack, con
 def _log(
     arguments: argparse.Namespace, source: Path, config: "Config", stack: ExitStack
 ) -> "LogWriter | None":
+    from echogrid.runtime import map_files
     from echogrid.runtime.log_writer import LogWriter
 
     if arguments.log is None:
         return None
     text = source.read_text(encoding="utf-8")
-    return stack.enter_context(LogWriter(arguments.log, text, bool(config.gyro), config.robot.wheels))
+    log = stack.enter_context(LogWriter(arguments.log, text, bool(config.gyro), config.robot.wheels))
+    if config.map.model_file:
+        model = Path(config.map.model_file)
+        map_files.replace(arguments.log / model.name, model.read_bytes())
+    return log
 
 
 def _stop_on_signals(run: "Run") -> None:
