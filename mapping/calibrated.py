@@ -1,9 +1,9 @@
 """Calibrated evidence: a probability of 0.8 is to be right eight times in ten.
 
 Beyond the book, whose maps are over-confident: each ping counts there as if it were independent of others.
-Here a few statistics are kept of each cell (evidence.py), and two small networks, learned in emulated worlds
-whose truth is known, say what they are worth: the first looks at the cell and its neighbours, the second at
-how the first one saw the surroundings, too.
+Here a few statistics are kept of each cell (evidence.py), and small networks, learned in emulated worlds
+whose truth is known, say what they are worth: the first looks at the cell and its neighbours, the second also
+at how the first one saw the surroundings, and the third at how the second did.
 """
 
 from functools import cache
@@ -19,25 +19,31 @@ from echogrid.mapping.network import Floats, Network
 from echogrid.mapping.sounding import Sounding
 
 SUREST = 6.0
-"""nats: what the first network says is kept within these bounds."""
+"""nats: what a network says is kept within these bounds for the next."""
 
 
 class Judge(NamedTuple):
-    """The two networks."""
+    """The networks."""
 
     own: Network
     context: Network
+    again: Network
 
     def log_odds(self, evidence: CellEvidence) -> Floats:
         """(rows, cols) of occupied; 0 where no echo has spoken."""
-        known = spoken_of(evidence)
-        features = own_features(evidence.statistics, evidence.geometry.resolution)
-        first = np.zeros(evidence.geometry.shape)
-        first[known] = np.clip(self.own.log_odds(features[known]), -SUREST, SUREST)
-        surroundings = context_features(first, evidence.geometry.resolution)[known]
-        result = np.zeros_like(first)
-        result[known] = self.context.log_odds(np.concatenate((features[known], surroundings), axis=-1))
+        known, resolution = spoken_of(evidence), evidence.geometry.resolution
+        told = own_features(evidence.statistics, resolution)[known]
+        result = np.zeros(evidence.geometry.shape)
+        result[known] = self.own.log_odds(told)
+        for network in (self.context, self.again):
+            result[known] = network.log_odds(in_context(told, known, result, resolution))
         return result
+
+
+def in_context(told: Floats, known: NDArray[np.bool_], log_odds: Floats, resolution: float) -> Floats:
+    """(n, m) what is told of each of the n known cells, and how a network saw its surroundings."""
+    surroundings = context_features(np.clip(log_odds, -SUREST, SUREST), resolution)
+    return np.concatenate((told, surroundings[known]), axis=-1)
 
 
 def spoken_of(evidence: CellEvidence) -> NDArray[np.bool_]:
@@ -49,9 +55,9 @@ def spoken_of(evidence: CellEvidence) -> NDArray[np.bool_]:
 @cache
 def shipped() -> Judge:
     """The networks that ship with the program."""
-    from echogrid.mapping.calibrated_weights import CONTEXT, OWN
+    from echogrid.mapping.calibrated_weights import AGAIN, CONTEXT, OWN
 
-    return Judge(Network.of(OWN), Network.of(CONTEXT))
+    return Judge(Network.of(OWN), Network.of(CONTEXT), Network.of(AGAIN))
 
 
 class CalibratedGrid:

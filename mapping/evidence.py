@@ -2,11 +2,12 @@
 
 A wall that was seen a hundred times from one spot is not a hundred times as sure. So beside the sums of what
 was heard there stand: from how many directions, how near the axis and how near the transducer at best, and
-what of each echo a cell can claim, for an echo comes from one place on its arc, not from all of it.
+what of each echo a cell can claim, for an echo comes from one place on its arc, not from all of it; and from
+where it came, for a wall answers at right angles.
 """
 
 from collections import OrderedDict
-from math import floor, radians
+from math import floor, pi, radians
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,8 @@ SILENCE_REACH = 3.0
 """m: what does not answer from further away says nothing."""
 DIRECTIONS = 24
 """Into so many the circle is cut."""
+NORMALS = 8
+"""Into so many half the circle is cut: the directions, there or back, in which a wall may answer."""
 
 _PRIOR_HIT, _PRIOR_MISS, _NOBODY = 0.05, 0.15, 0.02
 """A cell's claim to an echo is w (hit + .05)/(hit + miss + .2); of each echo .02 claims are nobody's."""
@@ -35,7 +38,7 @@ _REMEMBERED = 4096
 
 
 class Statistics(NamedTuple):
-    """(rows, cols) each, row 0 = south."""
+    """(rows, cols) each but for the share, row 0 = south."""
 
     hit: NDArray[np.int32]
     """Weights of the echoes in whose region I the cell lay, milli."""
@@ -44,7 +47,8 @@ class Statistics(NamedTuple):
     silent: NDArray[np.int32]
     """Weights of pings without an echo in whose cone it lay, and near."""
     share: NDArray[np.int32]
-    """What of the echoes it can claim, milli echoes."""
+    """(8, rows, cols) what of the echoes it can claim, milli echoes: of those that came along the x axis
+    (within 11.25 deg, there or back), of those along an axis 22.5 deg to the left of it, and so on."""
     best: NDArray[np.int32]
     """The highest weight off the axis of a hit, milli."""
     nearest: NDArray[np.int32]
@@ -63,7 +67,8 @@ class CellEvidence:
     def __init__(self, geometry: GridGeometry) -> None:
         self.geometry = geometry
         kinds = (np.int32,) * 7 + (np.uint32,) * 2
-        self.statistics = Statistics._make(np.zeros(geometry.shape, kind) for kind in kinds)
+        blank = Statistics._make(np.zeros(geometry.shape, kind) for kind in kinds)
+        self.statistics = blank._replace(share=np.zeros((NORMALS, *geometry.shape), np.int32))
         self._known: OrderedDict[tuple[str, int, int, int, int], None] = OrderedDict()
 
     def add(self, sounding: Sounding) -> Patch | None:
@@ -106,7 +111,8 @@ class CellEvidence:
     def _heard(self, cone: Cone, sounding: Sounding, weights: Floats, near: Floats) -> None:
         s = self.statistics
         on, off = np.nonzero(cone.occupied)[0], np.nonzero(~cone.occupied)[0]
-        directions = self._directions(cone, sounding)
+        angles = self._angles(cone, sounding)
+        directions = _bits(angles)
         at = cone.rows[off], cone.cols[off]
         s.miss[at] += _milli(near[off])
         s.clearest[at] = np.maximum(s.clearest[at], _milli(near[off]))
@@ -120,19 +126,36 @@ class CellEvidence:
         s.hit_from[at] |= directions[on]
         hit, miss = s.hit[at] / MILLI, s.miss[at] / MILLI
         claim = weights[on] * (hit + _PRIOR_HIT) / (hit + miss + _PRIOR_HIT + _PRIOR_MISS)
-        s.share[at] += _milli(claim / (claim.sum() + _NOBODY))
+        s.share[_normals(angles[on]), *at] += _milli(shared(claim))
 
     def _silence(self, cone: Cone, near: Floats) -> None:
         close = cone.distance < SILENCE_REACH
         self.statistics.silent[cone.rows[close], cone.cols[close]] += _milli(near[close])
 
-    def _directions(self, cone: Cone, sounding: Sounding) -> NDArray[np.uint32]:
-        """(n,) the bit of the direction in which the cell lies from the transducer."""
+    def _angles(self, cone: Cone, sounding: Sounding) -> Floats:
+        """(n,) rad, the direction in which the cell lies from the transducer."""
         dx = self.geometry.x_centres[cone.cols] - sounding.transducer.x
         dy = self.geometry.y_centres[cone.rows] - sounding.transducer.y
-        turned = np.floor((np.arctan2(dy, dx) / (2.0 * np.pi) + 0.5) * DIRECTIONS).astype(np.int64)
-        result: NDArray[np.uint32] = np.left_shift(1, turned % DIRECTIONS).astype(np.uint32)
-        return result
+        angles: Floats = np.arctan2(dy, dx)
+        return angles
+
+
+def shared(claims: Floats) -> Floats:
+    """(n,) What each cell of an arc gets of its echo; the rest to 1 is nobody's."""
+    result: Floats = claims / (claims.sum() + _NOBODY)
+    return result
+
+
+def _bits(angles: Floats) -> NDArray[np.uint32]:
+    """The bit of each direction."""
+    turned = np.floor((angles / (2.0 * pi) + 0.5) * DIRECTIONS).astype(np.int64)
+    result: NDArray[np.uint32] = np.left_shift(1, turned % DIRECTIONS).astype(np.uint32)
+    return result
+
+
+def _normals(angles: Floats) -> NDArray[np.int64]:
+    """Which of the eight axes each direction is nearest to."""
+    return np.floor(angles / pi * NORMALS + 0.5).astype(np.int64) % NORMALS
 
 
 def _milli(values: Floats) -> NDArray[np.int32]:

@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import partial
 
 from echogrid.mapping.adaptive_beam import half_angle
+from echogrid.mapping.forward_model import ForwardGrid
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.himm import HimmGrid, Steps
 from echogrid.mapping.range_layer import RangeLayerGrid, RangeLayerSettings
@@ -30,7 +31,8 @@ _QUARTERS = 4
 def contenders() -> tuple[Contender, ...]:
     """All that `echogrid evaluate` judges, the book's first."""
     baseline, ours = range_layer("nav2's range layer"), calibrated("calibrated", CALIBRATED)
-    return *_of_the_book(), _steady_by_speed(), counting("counting"), baseline, ours
+    forward = Contender("forward model", partial(everywhere, ForwardGrid))
+    return *_of_the_book(), _steady_by_speed(), counting("counting"), baseline, forward, ours
 
 
 def _of_the_book() -> Iterator[Contender]:

@@ -14,19 +14,17 @@ from numpy.typing import NDArray
 
 from echogrid.emulation.transducers import TRANSDUCERS
 from echogrid.emulation.worlds.school import school
-from echogrid.mapping.calibrated import SUREST, Judge, spoken_of
+from echogrid.mapping.calibrated import Judge, in_context, spoken_of
 from echogrid.mapping.evidence import CellEvidence
-from echogrid.mapping.evidence_features import context_features, own_features
+from echogrid.mapping.evidence_features import own_features
 from echogrid.mapping.network import Floats, Network
 from echogrid.mapping.network_training import Lesson, learned
 from echogrid.runtime.map_suite import RESOLUTION_M, arena, judged_cells
 from echogrid.runtime.ring_recording import POLAROID, Sonar, soundings
 
 WORLDS = 128
-PARTS = (0.003, 0.02, 0.1, 0.3, *(1.0,) * 8)
-"""Of the lap: how much of it has been heard when the map is looked at. At its end it counts most."""
-PER_LOOK = 250
-"""Cells that are learned from each time."""
+LOOKS = (0.003, 250), (0.02, 250), (0.1, 250), (0.3, 250), (1.0, 2000)
+"""How much of the lap has been heard when a map is looked at, and from how many cells it is learned then."""
 LESSON = Lesson(hidden=10, epochs=20, seed=1)
 OTHERS = (
     Sonar(TRANSDUCERS["a02yyuw"], radians(8.0), 2.5),
@@ -44,11 +42,12 @@ WIDTH = 105
 class Look:
     """One look at a map."""
 
-    features: Floats
-    """(rows, cols, n)."""
+    told: NDArray[np.float32]
+    """(n, m) of each known cell."""
     known: NDArray[np.bool_]
+    """(rows, cols)."""
     chosen: NDArray[np.intp]
-    """(k,) the cells that are learned from, by their flat index."""
+    """(k,) the cells that are learned from, by their number among the known ones."""
     occupied: NDArray[np.bool_]
     """(k,)."""
 
@@ -69,30 +68,26 @@ def looks(seed: int) -> list[Look]:
     walls, judged = judged_cells(venue, geometry)
     heard = soundings(venue, seed, sonar_of(seed))
     evidence, random, taken = CellEvidence(geometry), np.random.default_rng(seed), []
-    ends = [round(part * len(heard)) for part in PARTS]
-    for start, end in pairwise([0, *ends]):
+    ends = [round(part * len(heard)) for part, _ in LOOKS]
+    for (start, end), (_, cells) in zip(pairwise([0, *ends]), LOOKS, strict=True):
         for sounding in heard[start:end]:
             evidence.add(sounding)
         known = spoken_of(evidence)
-        chosen = random.choice(np.flatnonzero(judged & known), PER_LOOK)
-        taken.append(
-            Look(own_features(evidence.statistics, geometry.resolution), known, chosen, walls.ravel()[chosen])
-        )
+        told = own_features(evidence.statistics, geometry.resolution)[known].astype(np.float32)
+        chosen = random.choice(np.flatnonzero(judged[known]), cells)
+        taken.append(Look(told, known, chosen, walls[known][chosen]))
     return taken
 
 
 def taught(all_looks: Sequence[Look], lesson: Lesson = LESSON) -> Judge:
-    """Both networks: the second one learns from what the first one says."""
+    """The networks: the second one learns from what the first one says, the third from the second."""
     occupied = np.concatenate([each.occupied for each in all_looks])
-    samples = [_rows(each.features, each.chosen) for each in all_looks]
-    own = _shortened(learned(np.concatenate(samples), occupied, lesson))
-    seen = [
-        np.concatenate(
-            (sample, _rows(context_features(_first_look(own, each), RESOLUTION_M), each.chosen)), axis=-1
-        )
-        for each, sample in zip(all_looks, samples, strict=True)
-    ]
-    return Judge(own, _shortened(learned(np.concatenate(seen), occupied, lesson)))
+    told = [each.told for each in all_looks]
+    own = _shortened(learned(_samples(told, all_looks), occupied, lesson))
+    told = [_in_context(own, before, each) for before, each in zip(told, all_looks, strict=True)]
+    context = _shortened(learned(_samples(told, all_looks), occupied, lesson))
+    told = [_in_context(context, before, each) for before, each in zip(told, all_looks, strict=True)]
+    return Judge(own, context, _shortened(learned(_samples(told, all_looks), occupied, lesson)))
 
 
 def learn(worlds: int = WORLDS) -> Judge:
@@ -106,14 +101,16 @@ def write(judge: Judge, path: Path) -> None:
     path.write_text("".join(f"{line}\n" for line in _module(judge)), encoding="utf-8")
 
 
-def _first_look(own: Network, each: Look) -> Floats:
+def _in_context(network: Network, told: NDArray[np.float32], each: Look) -> NDArray[np.float32]:
+    """What the next network is told of a look of which this one was told that."""
     log_odds = np.zeros(each.known.shape)
-    log_odds[each.known] = np.clip(own.log_odds(each.features[each.known]), -SUREST, SUREST)
-    return log_odds
+    log_odds[each.known] = network.log_odds(told.astype(np.float64))
+    return in_context(each.told.astype(np.float64), each.known, log_odds, RESOLUTION_M).astype(np.float32)
 
 
-def _rows(features: Floats, chosen: NDArray[np.intp]) -> Floats:
-    return features.reshape(-1, features.shape[-1])[chosen]
+def _samples(told: Sequence[NDArray[np.float32]], all_looks: Sequence[Look]) -> Floats:
+    chosen = [features[each.chosen] for features, each in zip(told, all_looks, strict=True)]
+    return np.concatenate(chosen).astype(np.float64)
 
 
 def _shortened(network: Network) -> Network:
@@ -127,7 +124,7 @@ def _text(array: Floats) -> str:
 
 def _module(judge: Judge) -> Iterator[str]:
     yield '"""The numbers of the networks that judge evidence, written by `make learn`: not to be edited."""'
-    for name, network in zip(("OWN", "CONTEXT"), judge, strict=True):
+    for name, network in zip(("OWN", "CONTEXT", "AGAIN"), judge, strict=True):
         yield ""
         yield f"{name} = {{"
         for field, array in network.numbers().items():

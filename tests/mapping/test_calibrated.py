@@ -18,6 +18,9 @@ from .strategies import poses, rangers
 GEOMETRY = GridGeometry.covering(-3.0, -3.0, 3.0, 3.0, 0.1)
 SONAR = Ranger("sonar", Pose(), radians(15.0), 0.1, 5.0)
 
+LINES = (np.eye(25), np.eye(25)[::-1], np.ones((25, 1)) * (np.arange(25) == 12))
+"""Through the middle."""
+
 soundings = st.builds(Sounding, poses(3.0), rangers(), st.none() | st.floats(0.0, 4.0), st.just(0.12))
 
 
@@ -90,6 +93,7 @@ def test_the_shipped_networks_know_as_many_features_as_there_are() -> None:
     context = context_features(np.zeros(GEOMETRY.shape), GEOMETRY.resolution)
     assert len(shipped().own.mean) == features.shape[-1]
     assert len(shipped().context.mean) == features.shape[-1] + context.shape[-1]
+    assert len(shipped().again.mean) == len(shipped().context.mean)
 
 
 @given(st.integers(0, 3))
@@ -101,11 +105,27 @@ def test_the_sum_around_is_that_of_the_square(reach: int) -> None:
     assert around(values, reach) == approx(np.array(by_hand))
 
 
-def test_a_line_stands_out_along_itself_whatever_its_direction() -> None:
-    for line in (np.eye(21), np.eye(21)[::-1], np.ones((21, 1)) * (np.arange(21) == 10)):
-        highest, across = context_features(line, 0.1)[10, 10, [1, 3]]
-        assert highest == approx(1.0)
-        assert across == approx(1.0 / 7.0)
+def test_a_line_goes_on_to_both_sides_and_ends_across_whatever_its_direction() -> None:
+    for line in LINES:
+        surer, other, best, second, *across = context_features(line, 0.1)[12, 12, 4:10]
+        assert (surer, other, best) == approx((1.0, 1.0, 1.0))
+        assert second < 0.5
+        assert across == [0.0, 0.0]
+
+
+def test_where_a_line_ends_one_side_is_not_sure() -> None:
+    for line in LINES:
+        half = line * (np.add.outer(np.arange(25), np.arange(25) * 0.5) >= 18.0)
+        assert context_features(half, 0.1)[12, 12, 4:6] == approx([1, 0])
+
+
+def test_what_a_wall_claims_lies_along_it_and_not_across() -> None:
+    evidence = CellEvidence(GEOMETRY)
+    for ping in past_a_wall():
+        evidence.add(ping)
+    along, across = own_features(evidence.statistics, 0.1)[..., -4:-2][GEOMETRY.cell(0.0, 1.0)]
+    assert along > 1.0
+    assert across == 0.0
 
 
 def test_with_smaller_cells_a_wall_is_as_sure_as_with_usual_ones() -> None:

@@ -1,4 +1,4 @@
-from math import pi, radians
+from math import cos, pi, radians, sin
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from echogrid.mapping.cone import cast
-from echogrid.mapping.evidence import DIRECTIONS, MILLI, SILENCE_REACH, CellEvidence
+from echogrid.mapping.evidence import DIRECTIONS, MILLI, SILENCE_REACH, CellEvidence, shared
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
@@ -35,7 +35,7 @@ def test_every_ping_speaks_of_the_cells_of_its_cone_alone(pings: list[Sounding])
         cone = cast(GEOMETRY, ping)
         touched[cone.rows, cone.cols] = True
     for each in evidence(*pings).statistics:
-        assert not each[~touched].any()
+        assert not each[..., ~touched].any()
 
 
 @settings(deadline=None)
@@ -63,7 +63,16 @@ def test_a_wall_s_echo_is_claimed_by_the_cell_that_others_have_hit_too() -> None
     s = evidence(across, towards).statistics
     row, col = GEOMETRY.cell(2.0, 0.0)
     aside, _ = GEOMETRY.cell(2.0, 0.35)
-    assert s.share[row, col] > 2 * s.share[aside, col]
+    share = s.share.sum(axis=0)
+    assert share[row, col] > 2 * share[aside, col]
+
+
+def test_a_claim_is_kept_by_the_direction_from_which_the_echo_came_there_or_back() -> None:
+    for angle in np.arange(16) * pi / 8.0:
+        ping = Sounding(Pose(-cos(angle), -sin(angle), angle), SONAR, 1.0, 0.12)
+        row, col = GEOMETRY.cell(0.0, 0.0)
+        shares = evidence(ping).statistics.share[:, row, col]
+        assert np.flatnonzero(shares).tolist() == [round(angle / pi * 8.0) % 8]
 
 
 def test_two_hundred_identical_pings_say_what_one_says() -> None:
@@ -120,3 +129,9 @@ def test_a_twin_goes_its_own_way() -> None:
 
 def test_a_ping_from_afar_touches_nothing() -> None:
     assert CellEvidence(GEOMETRY).add(Sounding(Pose(50.0, 0.0), SONAR, 1.0, 0.12)) is None
+
+
+def test_an_echo_is_shared_out_by_weight_and_likelihood() -> None:
+    shares = shared(np.array([1.0 * 0.5, 0.5 * 0.1]))
+    assert shares == pytest.approx([0.8771930, 0.0877193], abs=1e-6)
+    assert 1.0 - shares.sum() == pytest.approx(0.0350877, abs=1e-6)
