@@ -83,23 +83,34 @@ def read_wish(data: bytes) -> Twist:
     if not isinstance(fields, dict) or fields.keys() != {"speed", "turn_rate"}:
         raise ValueError("not an object with speed and turn_rate")
     numbers = [fields["speed"], fields["turn_rate"]]
-    if not all(type(number) in (int, float) and isfinite(number) for number in numbers):
-        raise ValueError("not two finite numbers")
-    return Twist(*map(float, numbers))
+    try:
+        if all(type(number) in (int, float) and isfinite(number) for number in numbers):
+            return Twist(*map(float, numbers))
+    except OverflowError:  # JSON has integers that no float holds.
+        pass
+    raise ValueError("not two finite numbers")
 
 
 def unix_socket(path: Path) -> socket.socket:
-    """Bound to that path; what is left there of an earlier run is replaced. Raises OSError."""
-    path.unlink(missing_ok=True)
-    heard = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-    heard.bind(str(path))
-    return heard
+    """Bound to that path; a socket left there by an earlier run is replaced. Raises OSError, also if anything
+    else is there."""
+    if path.is_socket():
+        path.unlink()
+    return _bound(socket.AF_UNIX, str(path))
 
 
 def udp_socket(port: int, host: str = "127.0.0.1") -> socket.socket:
     """Bound to that port, of this machine alone unless another host is given. Raises OSError."""
-    heard = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    heard.bind((host, port))
+    return _bound(socket.AF_INET, (host, port))
+
+
+def _bound(family: socket.AddressFamily, address: str | tuple[str, int]) -> socket.socket:
+    heard = socket.socket(family, socket.SOCK_DGRAM)
+    try:
+        heard.bind(address)
+    except OSError:
+        heard.close()
+        raise
     return heard
 
 

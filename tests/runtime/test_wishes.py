@@ -4,6 +4,7 @@ import socket
 import struct
 import tty
 from collections.abc import Iterator
+from math import isfinite
 from pathlib import Path
 
 import pytest
@@ -77,6 +78,7 @@ def test_the_newest_wish_holds_for_300_ms(sender: Sender) -> None:
         (b'{"speed": 1, "turn_rate": 0, "more": 1}', "not an object with speed and turn_rate"),
         (b'{"speed": NaN, "turn_rate": 0}', "not two finite numbers"),
         (b'{"speed": 1e999, "turn_rate": 0}', "not two finite numbers"),
+        (b'{"speed": 1' + b"0" * 400 + b', "turn_rate": 0}', "not two finite numbers"),
         (b'{"speed": "1", "turn_rate": 0}', "not two finite numbers"),
         (b'{"speed": true, "turn_rate": 0}', "not two finite numbers"),
         (b" " * 513, "too long"),
@@ -91,13 +93,21 @@ def test_what_is_no_wish_is_counted_by_its_reason_and_the_last_one_holds(
     assert sender.wishes.refused == {reason: 1}
 
 
-@given(st.binary(max_size=600))
+NUMBERS = st.integers() | st.integers(10**300, 10**400) | st.floats()
+"""As JSON has them: NaN and the infinities, too, and integers of any length."""
+
+
+@given(
+    st.binary(max_size=600)
+    | st.builds(lambda v, w: json.dumps({"speed": v, "turn_rate": w}).encode(), NUMBERS, NUMBERS)
+)
 def test_whatever_comes_is_a_finite_twist_or_refused(data: bytes) -> None:
     try:
         twist = read_wish(data)
     except ValueError:
         return
-    assert twist == twist
+    assert isfinite(twist.speed)
+    assert isfinite(twist.turn_rate)
 
 
 def test_a_flood_does_not_keep_the_loop(tmp_path: Path) -> None:
@@ -113,6 +123,18 @@ def test_a_flood_does_not_keep_the_loop(tmp_path: Path) -> None:
 def test_a_socket_left_by_an_earlier_run_is_replaced(tmp_path: Path) -> None:
     unix_socket(tmp_path / "wishes").close()
     unix_socket(tmp_path / "wishes").close()
+
+
+def test_nothing_but_a_socket_is_replaced(tmp_path: Path) -> None:
+    (tmp_path / "notes").write_text("mine")
+    with pytest.raises(OSError, match="in use"):
+        unix_socket(tmp_path / "notes")
+    assert (tmp_path / "notes").read_text() == "mine"
+
+
+def test_a_port_that_is_taken_leaves_no_socket_open() -> None:
+    with udp_socket(0) as heard, pytest.raises(OSError, match="in use"):
+        udp_socket(heard.getsockname()[1])
 
 
 class Pad:
