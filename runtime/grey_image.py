@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 
-_PGM = re.compile(rb"P([25])(?:\s+|#[^\n]*\n)+(\d+)(?:\s+|#[^\n]*\n)+(\d+)(?:\s+|#[^\n]*\n)+(\d+)\s")
+_PGM = re.compile(rb"P([25])(?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)\s")
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
 """By PNG's colour type."""
 _PALETTE = 3
 _LARGEST = 20_000
 """Pixels along a side."""
+_MOST = 40_000_000
+"""Pixels in all: as many as a map may have cells."""
 
 
 class GreyImageError(Exception):
@@ -28,7 +30,7 @@ def read_grey(data: bytes) -> Floats:
     """(rows, cols) 0 black to 1 white, row 0 on top. Raises GreyImageError."""
     try:
         return _png(data) if data.startswith(_SIGNATURE) else _pgm(data)
-    except (ValueError, IndexError, StopIteration, struct.error, zlib.error) as error:
+    except (ValueError, OverflowError, IndexError, StopIteration, struct.error, zlib.error) as error:
         raise GreyImageError(f"is a damaged picture: {error}") from error
 
 
@@ -44,7 +46,9 @@ def _pgm(data: bytes) -> Floats:
     if head[1] == b"2":
         values = np.array(body.split()[: rows * cols], np.int64)
     else:
-        values = np.frombuffer(body, np.uint8 if white < 256 else ">u2", rows * cols).astype(np.int64)
+        values = np.frombuffer(body, np.uint8 if white < 256 else ">u2", rows * cols)
+    if values.min() < 0 or values.max() > white:
+        raise GreyImageError(f"has shades outside 0...{white}")
     result: Floats = values.reshape(rows, cols) / white
     return result
 
@@ -55,8 +59,11 @@ def _png(data: bytes) -> Floats:
     _check_size(rows, cols)
     if depth != 8 or interlaced or kind not in _CHANNELS:
         raise GreyImageError("is a PNG of an unusual kind: save it with 8 bits, not interlaced")
-    packed = zlib.decompress(b"".join(body for name, body in chunks if name == b"IDAT"))
-    pixels = _unfiltered(packed, rows, cols, _CHANNELS[kind])
+    channels = _CHANNELS[kind]
+    size = rows * (cols * channels + 1)
+    unpacked = _unpacked(b"".join(body for name, body in chunks if name == b"IDAT"), size)
+    lines = np.frombuffer(unpacked, np.uint8, size).reshape(rows, -1)
+    pixels = _unfiltered(lines, channels).reshape(rows, cols, channels)
     if kind == _PALETTE:
         palette = next(body for name, body in chunks if name == b"PLTE")
         pixels = np.frombuffer(palette, np.uint8).reshape(-1, 3)[pixels[:, :, 0]]
@@ -66,8 +73,8 @@ def _png(data: bytes) -> Floats:
 
 
 def _check_size(rows: int, cols: int) -> None:
-    if not (0 < rows <= _LARGEST and 0 < cols <= _LARGEST):
-        raise GreyImageError("has an impossible size")
+    if not (0 < rows <= _LARGEST and 0 < cols <= _LARGEST and rows * cols <= _MOST):
+        raise GreyImageError(f"has an impossible size: {cols} x {rows} pixels")
 
 
 def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
@@ -78,38 +85,49 @@ def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
         place += length + 12
 
 
-def _unfiltered(packed: bytes, rows: int, cols: int, channels: int) -> Pixels:
-    """(rows, cols, channels): each row is told by its differences from the pixels to the left and above."""
-    lines = np.frombuffer(packed, np.uint8, rows * (cols * channels + 1)).reshape(rows, -1)
-    result = np.zeros((rows + 1, cols + 1, channels), np.uint8)
+def _unpacked(packed: bytes, size: int) -> bytes:
+    """So many bytes at most, however many more there would be."""
+    return zlib.decompressobj().decompress(packed, size + 1)[:size]
+
+
+def _unfiltered(lines: Pixels, channels: int) -> Pixels:
+    """(rows, bytes) of (rows, 1 + bytes): each row is told by its filter's number, and by its differences
+    from the pixels to the left and above."""
+    result = np.zeros((lines.shape[0] + 1, lines.shape[1] - 1 + channels), np.uint8)
     for row, line in enumerate(lines, 1):
-        told = line[1:].reshape(cols, channels)
-        if line[0] == 0:
-            result[row, 1:] = told
-        elif line[0] == 2:
-            result[row, 1:] = told + result[row - 1, 1:]
-        else:
-            _unfilter(int(line[0]), told, result[row - 1], result[row])
-    return result[1:, 1:]
+        result[row, channels:] = _row(int(line[0]), line[1:], result[row - 1], channels)
+    return result[1:, channels:]
 
 
-def _unfilter(kind: int, told: Pixels, above: Pixels, row: Pixels) -> None:
-    """Of the filters that look to the left: 1 left, 3 the mean of left and above, 4 Paeth's choice."""
-    for col, differences in enumerate(told.astype(np.int64), 1):
-        left, up, corner = (each.astype(np.int64) for each in (row[col - 1], above[col], above[col - 1]))
-        if kind == 1:
-            guess = left
-        elif kind == 3:
-            guess = (left + up) // 2
-        elif kind == 4:
-            guess = _paeth(left, up, corner)
-        else:
-            raise ValueError(f"no filter {kind}")
-        row[col] = (differences + guess) & 255
+def _row(kind: int, told: Pixels, above: Pixels, channels: int) -> Pixels:
+    """A row from its differences; the row above has a black pixel more to the left."""
+    if kind == 0:
+        return told
+    if kind == 1:
+        return np.cumsum(told.reshape(-1, channels), axis=0, dtype=np.uint8).ravel()
+    if kind == 2:
+        return told + above[channels:]
+    if kind not in _GUESSES:
+        raise ValueError(f"no filter {kind}")
+    guess = _GUESSES[kind]
+    row = bytearray(channels)  # Each byte needs the one before: numbers of Python are the fastest here.
+    for difference, up, corner in zip(
+        told.tolist(), above[channels:].tolist(), above[:-channels].tolist(), strict=True
+    ):
+        row.append((difference + guess(row[-channels], up, corner)) & 255)
+    return np.frombuffer(row, np.uint8)[channels:]
 
 
-def _paeth(left: NDArray[np.int64], up: NDArray[np.int64], corner: NDArray[np.int64]) -> NDArray[np.int64]:
+def _mean(left: int, up: int, _corner: int) -> int:
+    return (left + up) // 2
+
+
+def _paeth(left: int, up: int, corner: int) -> int:
     """Of left, above and the corner between whichever is nearest to left + above - corner."""
-    to_left, to_up, to_corner = np.abs(up - corner), np.abs(left - corner), np.abs(left + up - 2 * corner)
-    other = np.where(to_up <= to_corner, up, corner)
-    return np.where((to_left <= to_up) & (to_left <= to_corner), left, other)
+    to_left, to_up, to_corner = abs(up - corner), abs(left - corner), abs(left + up - 2 * corner)
+    if to_left <= to_up and to_left <= to_corner:
+        return left
+    return up if to_up <= to_corner else corner
+
+
+_GUESSES = {3: _mean, 4: _paeth}

@@ -1,4 +1,5 @@
 import struct
+import tracemalloc
 import zlib
 
 import numpy as np
@@ -89,6 +90,12 @@ def test_a_pgm_of_every_kind_is_read(data: bytes) -> None:
         b"P5\n999999 2\n255\n",
         b"P5\n1 1\n0\n\x00",
         b"P2\n1 1\n255\nx\n",
+        b"P2\n1 1\n255\n99999999999999999999\n",
+        b"P2\n1 1\n255\n-1\n",
+        b"P2\n1 1\n255\n256\n",
+        b"P5\n1 1\n100\n\x65",
+        b"P5" + b" " * 10_000,
+        b"P5\n20000 20000\n255\n",
         b"\x89PNG\r\n\x1a\n",
         encoded(np.zeros((2, 2, 1), np.uint8), 0, [0])[:-30],
         encoded(np.zeros((2, 2, 1), np.uint8), 3, [0]),
@@ -97,6 +104,16 @@ def test_a_pgm_of_every_kind_is_read(data: bytes) -> None:
 def test_what_is_no_picture_is_told_so(data: bytes) -> None:
     with pytest.raises(GreyImageError):
         read_grey(data)
+
+
+def test_no_more_is_unpacked_than_the_picture_has() -> None:
+    header = chunk(b"IHDR", struct.pack(">IIBBBBB", 1, 1, 8, 0, 0, 0, 0))
+    bomb = chunk(b"IDAT", zlib.compress(bytes(100_000_000), 9))
+    tracemalloc.start()
+    read_grey(b"\x89PNG\r\n\x1a\n" + header + bomb + chunk(b"IEND", b""))
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 1_000_000
 
 
 @given(st.binary(max_size=200), st.integers(0, 80))
