@@ -1,9 +1,10 @@
 """What is true of a place, from the file of a map: to judge other maps by."""
 
+import zlib
 from dataclasses import dataclass
 from math import ceil, floor, isclose
 from pathlib import Path
-from zipfile import BadZipFile
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,23 @@ from echogrid.runtime.grey_image import GreyImageError, read_grey
 
 _MOST_TURNED = 1e-9
 """rad: what a map's yaw may be."""
+_FARTHEST_M = 1e9
+"""Beyond that an origin is nonsense."""
+_LARGEST = 1 << 28
+"""Bytes of an array: more than any map of ours has."""
 _HALF = 0.5
+_DAMAGES = (
+    ValueError,
+    KeyError,
+    TypeError,
+    EOFError,
+    OSError,
+    RuntimeError,
+    MemoryError,
+    BadZipFile,
+    zlib.error,
+)
+"""What reading an archive raises that is none, or was changed on its way."""
 _DEFAULTS = {"mode": "trinary", "negate": "0", "occupied_thresh": "0.65", "free_thresh": "0.25"}
 """What map_server takes where a key is not there."""
 
@@ -65,12 +82,17 @@ def read(path: Path) -> TruthMap:
 
 def _from_arrays(path: Path) -> TruthMap:
     try:
+        with ZipFile(path) as archive:
+            if max((each.file_size for each in archive.infolist()), default=0) > _LARGEST:
+                raise ValueError("it holds more than any map")
         with np.load(path, allow_pickle=False) as arrays:
             occupancy, unknown = arrays["occupancy"], arrays["unknown"]
             origin, resolution = [float(each) for each in arrays["origin"]], float(arrays["resolution"])
+        if occupancy.dtype.kind != "f" or unknown.dtype != np.bool_ or occupancy.shape != unknown.shape:
+            raise ValueError("`occupancy` and `unknown` are not numbers and truth values of one shape")
         geometry = _geometry(path, resolution, origin, occupancy.shape)
         return TruthMap(geometry, (occupancy > _HALF) & ~unknown, (occupancy < _HALF) & ~unknown)
-    except (ValueError, KeyError, TypeError, EOFError, BadZipFile) as error:
+    except _DAMAGES as error:
         raise UsageError([f"{path}: is no map.npz of ours: {error}"]) from error
 
 
@@ -80,10 +102,16 @@ def _from_yaml(path: Path) -> TruthMap:
         if told["mode"] not in ("trinary", "scale"):
             raise UsageError([f"{path}: mode {told['mode']!r} can't be read (trinary and scale can)"])
         grey = _grey(path.parent / told["image"])
-        origin = [float(each) for each in told["origin"].strip("[]").split(",")]
+        origin = [_number("origin", each) for each in told["origin"].strip("[]").split(",")]
         occupancy = (grey if told["negate"].lower() in ("1", "true") else 1.0 - grey)[::-1]
-        geometry = _geometry(path, float(told["resolution"]), origin, occupancy.shape)
-        occupied_above, free_below = float(told["occupied_thresh"]), float(told["free_thresh"])
+        geometry = _geometry(path, _number("resolution", told["resolution"]), origin, occupancy.shape)
+        occupied_above, free_below = (
+            _number(f"{each}_thresh", told[f"{each}_thresh"]) for each in ("occupied", "free")
+        )
+        if not 0.0 <= free_below <= occupied_above <= 1.0:
+            raise ValueError(
+                "free_thresh and occupied_thresh must lie in 0...1, the second not below the first"
+            )
     except KeyError as error:
         raise UsageError([f"{path}: lacks {error.args[0]!r}"]) from error
     except ValueError as error:
@@ -91,11 +119,18 @@ def _from_yaml(path: Path) -> TruthMap:
     return TruthMap(geometry, occupancy > occupied_above, occupancy < free_below)
 
 
+def _number(key: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"{key}: {text.strip()!r} is no number") from None
+
+
 def _grey(path: Path) -> NDArray[np.float64]:
+    if not path.is_file():
+        raise UsageError([f"{path}: no such file"])
     try:
         return read_grey(path.read_bytes())
-    except FileNotFoundError as error:
-        raise UsageError([f"{path}: no such file"]) from error
     except GreyImageError as error:
         raise UsageError([f"{path}: {error}"]) from error
 
@@ -109,6 +144,9 @@ def _pairs(path: Path) -> dict[str, str]:
 
 
 def _geometry(path: Path, resolution: float, origin: list[float], shape: tuple[int, ...]) -> GridGeometry:
+    """Raises UsageError or ValueError."""
+    if len(origin) != 3 or not all(abs(each) <= _FARTHEST_M for each in origin):
+        raise ValueError("origin must be x, y (m) and yaw (rad)")
     x, y, yaw = origin
     if abs(yaw) > _MOST_TURNED:
         raise UsageError([f"{path}: its origin is turned by {yaw:g} rad: the truth must lie as the log does"])

@@ -1,9 +1,12 @@
 from pathlib import Path
+from typing import Any
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from echogrid.mapping.grid import GridGeometry
 from echogrid.runtime import map_files, png, truth_map
@@ -60,8 +63,19 @@ def test_negate_turns_black_and_white_round(folder: Path) -> None:
         ("image: map.pgm\n", "", "lacks 'image'"),
         ("mode: trinary", "mode: raw", "mode 'raw' can't be read"),
         ("0.0]", "0.1]", "turned by 0.1 rad"),
-        ("0.0]", "]", "map.yaml: "),
+        ("0.0]", "]", "origin: '' is no number"),
+        (", 0.0]", "]", "origin must be x, y (m) and yaw (rad)"),
+        ("-1.0,", "nan,", "origin must be x, y (m) and yaw (rad)"),
+        ("-1.0,", "-inf,", "origin must be x, y (m) and yaw (rad)"),
+        ("-1.0,", "1e300,", "origin must be x, y (m) and yaw (rad)"),
+        ("0.0]", "nan]", "origin must be x, y (m) and yaw (rad)"),
         ("resolution: 0.5", "resolution: -1", "map.yaml: "),
+        ("resolution: 0.5", "resolution: fine", "resolution: 'fine' is no number"),
+        ("occupied_thresh: 0.65", "occupied_thresh: -1", "free_thresh and occupied_thresh must lie in 0...1"),
+        ("free_thresh: 0.196", "free_thresh: 0.7", "free_thresh and occupied_thresh must lie in 0...1"),
+        ("free_thresh: 0.196", "free_thresh: nan", "free_thresh and occupied_thresh must lie in 0...1"),
+        ("image: map.pgm", "image:", ": no such file"),
+        ("image: map.pgm", "image: /dev/zero", "/dev/zero: no such file"),
         ("image: map.pgm", "image: map.yaml", "is neither a PGM nor a PNG"),
     ],
 )
@@ -81,6 +95,53 @@ def test_what_is_no_map_is_one_line(tmp_path: Path, name: str, data: bytes | Non
     with pytest.raises(UsageError, match=name) as raised:
         truth_map.read(tmp_path / name)
     assert len(raised.value.problems) == 1
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Our own map.npz, to be damaged."""
+    folder = tmp_path_factory.mktemp("archive")
+    map_files.write(folder, MAP, [])
+    return folder / "map.npz"
+
+
+@given(st.lists(st.tuples(st.integers(0, 999_999), st.integers(0, 255)), min_size=1, max_size=3))
+def test_a_damaged_archive_is_one_line(archive: Path, changes: list[tuple[int, int]]) -> None:
+    path = archive.with_name("damaged.npz")
+    data = bytearray(archive.read_bytes())
+    for place, byte in changes:
+        data[place % len(data)] = byte
+    path.write_bytes(data)
+    try:
+        truth_map.read(path).lattice(GridGeometry(0.5, 0.0, 0.0, 4, 4))
+    except UsageError as error:
+        assert len(error.problems) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "array"),
+    [
+        ("origin", [np.inf, 0.0, 0.0]),
+        ("origin", [1e300, 0.0, 0.0]),
+        ("unknown", np.zeros(3, np.bool_)),
+        ("unknown", np.zeros((2, 3), np.int64)),
+        ("occupancy", np.zeros((2, 3), np.complex128)),
+        ("occupancy", np.zeros((2, 3, 1))),
+    ],
+)
+def test_an_archive_of_other_arrays_is_one_line(folder: Path, name: str, array: NDArray[Any]) -> None:
+    with np.load(folder / "map.npz") as arrays:
+        np.savez_compressed(folder / "map.npz", **{**arrays, name: np.asarray(array)})
+    with pytest.raises(UsageError, match=r"is no map\.npz of ours") as raised:
+        truth_map.read(folder / "map.npz")
+    assert len(raised.value.problems) == 1
+
+
+def test_an_archive_that_unpacks_to_more_than_a_map_is_refused(folder: Path) -> None:
+    with ZipFile(folder / "map.npz", "a", ZIP_DEFLATED, compresslevel=1) as archive:
+        archive.writestr("more.npy", bytes((1 << 28) + 1))
+    with pytest.raises(UsageError, match="more than any map"):
+        truth_map.read(folder / "map.npz")
 
 
 def test_cells_of_another_size_are_refused_with_the_mend() -> None:
