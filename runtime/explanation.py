@@ -13,13 +13,16 @@ from echogrid.mapping.cone import cast
 from echogrid.mapping.grid import GridGeometry, Patch
 from echogrid.mapping.long_term_map import LongTermMap
 from echogrid.mapping.mapper import Mapper
-from echogrid.mapping.pose import wrap_angle
+from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.mapping.pose_buffer import PoseBuffer
 from echogrid.mapping.sounding import Sounding
 from echogrid.mapping.theory import Theory
 from echogrid.runtime import assembly
+from echogrid.runtime.config import Config
 from echogrid.runtime.errors import UsageError
 from echogrid.runtime.recording import Recording
+
+Believed = Callable[[Sounding], Sounding]
 
 DIRECTION = radians(15.0)
 """Pings from directions further apart than that are told as several."""
@@ -49,17 +52,19 @@ class Testimony:
 class Witness:
     """A theory which takes note of whatever speaks of one cell, and keeps the surroundings that it needs."""
 
-    def __init__(self, theory: Theory, cell: GridGeometry) -> None:
-        """`cell` is a grid of that cell alone; the theory's grid has it, too."""
+    def __init__(self, theory: Theory, cell: GridGeometry, believed: Believed) -> None:
+        """`cell` is a grid of that cell alone; the theory's grid has it, too. `believed` is what the theory
+        takes a ping for."""
         self.geometry = theory.geometry
         self.testimonies: list[Testimony] = []
         self._theory = theory
         self._cell = cell
+        self._believed = believed
         self._place = theory.geometry.cell(cell.x_centres[0], cell.y_centres[0])
 
     def update(self, sounding: Sounding) -> Patch | None:
         """Fuse one ping; the patch that it touched, None if it said nothing."""
-        cone = cast(self._cell, sounding)
+        cone = cast(self._cell, self._believed(sounding))
         speaks = len(cone.rows) > 0
         before = self._probability() if speaks else 0.0
         touched = self._theory.update(sounding)
@@ -79,7 +84,7 @@ class Witness:
 
     def copy(self) -> Self:
         """An independent twin."""
-        twin = type(self)(self._theory.copy(), self._cell)
+        twin = type(self)(self._theory.copy(), self._cell, self._believed)
         twin.testimonies = list(self.testimonies)
         return twin
 
@@ -97,8 +102,9 @@ def explain(recording: Recording, x: float, y: float, make: Callable[[GridGeomet
     if not recording.poses:
         raise UsageError(["no usable pose: nothing can be placed", *recording.faults.lines()])
     config = recording.config
-    cell, window = _around(recording, x, y)
-    witness = Witness(make(window), cell)
+    believed = _believed(config)
+    cell, window = _around(recording, x, y, believed)
+    witness = Witness(make(window), cell, believed)
     poses = PoseBuffer(None, assembly.pose_gap_ns(config))
     long_term = LongTermMap(window, config.map.tolerance_m, lambda _: witness)
     rangers = [sensor.ranger() for sensor in config.sensor]
@@ -114,10 +120,20 @@ def explain(recording: Recording, x: float, y: float, make: Callable[[GridGeomet
     return witness
 
 
-def _around(recording: Recording, x: float, y: float) -> tuple[GridGeometry, GridGeometry]:
+def _believed(config: Config) -> Believed:
+    """What the configured theory takes a ping for: a sonar model may have a cone of its own."""
+    if config.map.theory in ("bayes", "dempster-shafer"):
+        return assembly.sonar_model(config).believed
+    return lambda sounding: sounding
+
+
+def _around(
+    recording: Recording, x: float, y: float, believed: Believed
+) -> tuple[GridGeometry, GridGeometry]:
     """The cell of the map over a point, and a window about as wide as the widest arc of an echo there."""
-    resolution = recording.config.map.resolution_m
-    rangers = [sensor.ranger() for sensor in recording.config.sensor]
+    resolution, tolerance = recording.config.map.resolution_m, recording.config.map.tolerance_m
+    soundings = [Sounding(Pose(), sensor.ranger(), None, tolerance) for sensor in recording.config.sensor]
+    rangers = [believed(sounding).ranger for sounding in soundings]
     arc = max(2.0 * ranger.half_angle * ranger.farthest for ranger in rangers)
     row, col, reach = floor(y / resolution), floor(x / resolution), ceil(arc / resolution)
     cell = GridGeometry(resolution, col * resolution, row * resolution, 1, 1)

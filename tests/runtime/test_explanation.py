@@ -1,5 +1,7 @@
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 from pytest import approx, fixture, mark
@@ -7,7 +9,7 @@ from pytest import approx, fixture, mark
 from echogrid.mapping.bayes import BayesGrid
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.sonar_model import Form, NoEcho
-from echogrid.runtime import offline
+from echogrid.runtime import assembly, offline
 from echogrid.runtime.explanation import Witness, explain, told
 from echogrid.runtime.recording import Recording, read_simple
 
@@ -48,6 +50,20 @@ def test_the_cell_is_what_it_is_in_the_map(recording: Recording) -> None:
     for x, y in ((3.05, 0.05), (2.0, 0.05), (2.5, 0.35)):
         witness = explain(recording, x, y, bayes)
         assert witness.testimonies[-1].after == approx(float(image.occupancy[image.geometry.cell(x, y)]))
+
+
+@mark.parametrize("theory", ["bayes", "dempster-shafer"])
+@mark.parametrize("y", [0.05, 0.65, 1.05])
+def test_a_model_with_a_cone_of_its_own_is_explained_with_that(
+    recording: Recording, theory: Literal["bayes", "dempster-shafer"], y: float
+) -> None:
+    beam: dict[str, Any] = {"model": "analytical", "transducer_radius_mm": 4.0, "transducer_khz": 40.0}
+    changed = replace(recording.config.map, theory=theory, **beam)
+    recording.config = replace(recording.config, map=changed)
+    image = offline.build(recording).image
+    witness = explain(recording, 2.95, y, assembly.theory(recording.config))
+    assert witness.testimonies
+    assert witness.testimonies[-1].after == approx(float(image.occupancy[image.geometry.cell(2.95, y)]))
 
 
 def test_every_ping_that_speaks_of_the_cell_testifies_once_and_in_order(recording: Recording) -> None:
