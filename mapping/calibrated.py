@@ -12,7 +12,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from echogrid.mapping.evidence import CellEvidence
+from echogrid.mapping.evidence import CellEvidence, Statistics
 from echogrid.mapping.evidence_features import context_features, own_features
 from echogrid.mapping.grid import GridGeometry, Patch
 from echogrid.mapping.network import Floats, Network
@@ -31,12 +31,16 @@ class Judge(NamedTuple):
 
     def log_odds(self, evidence: CellEvidence) -> Floats:
         """(rows, cols) of occupied; 0 where no echo has spoken."""
-        known, resolution = spoken_of(evidence), evidence.geometry.resolution
-        told = own_features(evidence.statistics, resolution)[known]
-        result = np.zeros(evidence.geometry.shape)
-        result[known] = self.own.log_odds(told)
+        result, everywhere = np.zeros(evidence.geometry.shape), spoken_of(evidence)
+        if not everywhere.any():
+            return result
+        box, resolution = _bounds(everywhere), evidence.geometry.resolution
+        known, said = everywhere[box], result[box]
+        statistics = Statistics._make(each[(..., *box)] for each in evidence.statistics)
+        told = own_features(statistics, resolution)[known]
+        said[known] = self.own.log_odds(told)
         for network in (self.context, self.again):
-            result[known] = network.log_odds(in_context(told, known, result, resolution))
+            said[known] = network.log_odds(in_context(told, known, said, resolution))
         return result
 
 
@@ -50,6 +54,12 @@ def spoken_of(evidence: CellEvidence) -> NDArray[np.bool_]:
     """(rows, cols) where at least one echo has spoken; silence alone tells too little."""
     statistics = evidence.statistics
     return (statistics.hit > 0) | (statistics.miss > 0) | (statistics.best > 0)
+
+
+def _bounds(known: NDArray[np.bool_]) -> Patch:
+    """The smallest patch that holds all known cells: beyond it there is nothing to be told."""
+    rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(cols[0]), int(cols[-1]) + 1)
 
 
 @cache

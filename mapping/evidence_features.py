@@ -75,12 +75,11 @@ def context_features(log_odds: Floats, resolution: float) -> Floats:
     columns = [log_odds, *(_sum(log_odds, reach, finer) / (2 * reach + 1) ** 2 for reach in (1, 2, 4))]
     for number, each in enumerate(rays):
         columns += _both_sides(each, wall)
-        lines = np.sort(np.minimum(each[:NORMALS], each[NORMALS:]), axis=0)
-        columns += [lines[-1], lines[-2]]
+        columns += _two_highest(np.minimum(each[:NORMALS], each[NORMALS:]))
         if number < _ASIDE:
             columns += _both_sides(each, wall + _QUARTER)
-    pieces = np.sort([_line(log_odds, turn, _PIECE * finer) for turn in range(NORMALS)], axis=0)
-    return np.stack([*columns, pieces[-1], pieces[-2], pieces[0]], axis=-1)
+    pieces = np.array([_line(log_odds, turn, _PIECE * finer) for turn in range(NORMALS)])
+    return np.stack([*columns, *_two_highest(pieces), pieces.min(axis=0)], axis=-1)
 
 
 def around(values: Floats, reach: int) -> Floats:
@@ -155,6 +154,15 @@ def _both_sides(rays: Floats, turn: NDArray[np.intp]) -> list[Floats]:
     """The higher and the lower of the rays in a direction and against it."""
     ahead, behind = _at(rays, turn), _at(rays, turn + NORMALS)
     return [np.maximum(ahead, behind), np.minimum(ahead, behind)]
+
+
+def _two_highest(values: Floats) -> list[Floats]:
+    """Of values (n, rows, cols) the highest and the second of each cell."""
+    highest, second = np.maximum(values[0], values[1]), np.minimum(values[0], values[1])
+    for each in values[2:]:
+        second = np.maximum(second, np.minimum(highest, each))
+        highest = np.maximum(highest, each)
+    return [highest, second]
 
 
 def _at(values: Floats, index: NDArray[np.intp]) -> Floats:

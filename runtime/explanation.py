@@ -26,6 +26,8 @@ Believed = Callable[[Sounding], Sounding]
 
 DIRECTION = radians(15.0)
 """Pings from directions further apart than that are told as several."""
+SURROUNDINGS = 3.0
+"""m: how far around a cell a theory may look to judge it, besides an echo's arc."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,12 +68,12 @@ class Witness:
         """Fuse one ping; the patch that it touched, None if it said nothing."""
         cone = cast(self._cell, self._believed(sounding))
         speaks = len(cone.rows) > 0
-        before = self._probability() if speaks else 0.0
+        before = self.probability if speaks else 0.0
         touched = self._theory.update(sounding)
         if speaks:
             said = "silence" if not cone.echo else "hit" if cone.occupied[0] else "miss"
             here = float(cone.distance[0]), float(cone.bearing[0])
-            self.testimonies.append(Testimony(sounding, *here, said, before, self._probability()))
+            self.testimonies.append(Testimony(sounding, *here, said, before, self.probability))
         return touched
 
     def occupancy(self) -> NDArray[np.float32]:
@@ -93,7 +95,9 @@ class Witness:
         """Whether anything has spoken of the cell."""
         return not self._theory.unknown()[self._place]
 
-    def _probability(self) -> float:
+    @property
+    def probability(self) -> float:
+        """P(Occupied) by now; what is heard of its surroundings may change it, too."""
         return float(self._theory.occupancy()[self._place])
 
 
@@ -130,12 +134,12 @@ def _believed(config: Config) -> Believed:
 def _around(
     recording: Recording, x: float, y: float, believed: Believed
 ) -> tuple[GridGeometry, GridGeometry]:
-    """The cell of the map over a point, and a window about as wide as the widest arc of an echo there."""
+    """The cell of the map over a point, and a window that holds all which may count there."""
     resolution, tolerance = recording.config.map.resolution_m, recording.config.map.tolerance_m
     soundings = [Sounding(Pose(), sensor.ranger(), None, tolerance) for sensor in recording.config.sensor]
     rangers = [believed(sounding).ranger for sounding in soundings]
     arc = max(2.0 * ranger.half_angle * ranger.farthest for ranger in rangers)
-    row, col, reach = floor(y / resolution), floor(x / resolution), ceil(arc / resolution)
+    row, col, reach = floor(y / resolution), floor(x / resolution), ceil((arc + SURROUNDINGS) / resolution)
     cell = GridGeometry(resolution, col * resolution, row * resolution, 1, 1)
     corner = (col - reach) * resolution, (row - reach) * resolution
     return cell, GridGeometry(resolution, *corner, 2 * reach + 1, 2 * reach + 1)
@@ -147,8 +151,7 @@ def told(witness: Witness, most: int) -> Iterator[str]:
     if not witness.testimonies:
         yield "no ping has spoken of this cell: it is unknown"
         return
-    last = witness.testimonies[-1].after
-    state = f"P(occupied) = {last:.3f}" if witness.known else "unknown"
+    state = f"P(occupied) = {witness.probability:.3f}" if witness.known else "unknown"
     parts = ", ".join(f"{said[kind]} {kind}" for kind in ("hit", "miss", "silence"))
     yield f"{state}; {len(witness.testimonies)} pings: {parts}; hit from {_directions(witness)} directions"
     yield f"{'time s':>12} {'sensor':14} {'from x, y m':>16} {'read m':>7} {'r m':>6} {'off deg':>7}  said"

@@ -80,6 +80,15 @@ def test_the_order_of_two_pings_of_different_places_does_not_matter() -> None:
     assert np.array_equal(grid([one, other]).occupancy(), grid([other, one]).occupancy())
 
 
+def test_a_wider_grid_says_the_same() -> None:
+    wide = CalibratedGrid(GridGeometry.covering(-6.0, -7.0, 6.0, 5.0, 0.1))
+    for ping in past_a_wall():
+        wide.update(ping)
+    row, col = wide.geometry.cell(GEOMETRY.x_centres[0], GEOMETRY.y_centres[0])
+    inner = wide.occupancy()[row : row + GEOMETRY.rows, col : col + GEOMETRY.cols]
+    assert inner == approx(grid(past_a_wall()).occupancy(), abs=1e-5)
+
+
 def test_a_twin_goes_its_own_way() -> None:
     made = grid(past_a_wall())
     twin, before = made.copy(), made.occupancy()

@@ -7,6 +7,7 @@ import numpy as np
 from pytest import approx, fixture, mark
 
 from echogrid.mapping.bayes import BayesGrid
+from echogrid.mapping.calibrated import CalibratedGrid
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.sonar_model import Form, NoEcho
 from echogrid.runtime import assembly, offline
@@ -64,6 +65,17 @@ def test_a_model_with_a_cone_of_its_own_is_explained_with_that(
     witness = explain(recording, 2.95, y, assembly.theory(recording.config))
     assert witness.testimonies
     assert witness.testimonies[-1].after == approx(float(image.occupancy[image.geometry.cell(2.95, y)]))
+
+
+def test_it_is_so_of_a_theory_that_looks_around_too(recording: Recording) -> None:
+    # Off the cells' borders, on which rounding decides.
+    poses = [(at_ns, replace(pose, x=pose.x + 0.0137, y=pose.y + 0.0137)) for at_ns, pose in recording.poses]
+    settings = replace(recording.config.map, theory="calibrated")
+    shifted = replace(recording, config=replace(recording.config, map=settings), poses=poses)
+    image = offline.build(shifted).image
+    for x, y in ((3.05, 0.05), (2.0, 0.05), (2.5, 0.35)):
+        probability = explain(shifted, x, y, CalibratedGrid).probability
+        assert probability == approx(float(image.occupancy[image.geometry.cell(x, y)]), abs=1e-6)
 
 
 def test_every_ping_that_speaks_of_the_cell_testifies_once_and_in_order(recording: Recording) -> None:
