@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from echogrid.mapping.dempster_shafer import DempsterShaferGrid
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.metrics import Mask, quality
+from echogrid.mapping.probability_scores import FLAT
 from echogrid.mapping.theory import Theory
 from echogrid.runtime.compared_theories import OCCUPIED, contenders
 from echogrid.runtime.echo_tape import echo_ends, play
@@ -110,10 +111,12 @@ def compare(recording: Recording, truth: Truth | None, names: tuple[str, ...], s
 
 def agreement(comparison: Comparison) -> Floats:
     """(n, n) Pearson's r between the maps of the theories, on the judged cells; 0 for one that is the same
-    everywhere."""
-    maps = [finding.occupancy[comparison.judged] for finding in comparison.findings]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.nan_to_num(np.atleast_2d(np.corrcoef(maps)))
+    everywhere, to within `FLAT`."""
+    maps = np.stack([finding.occupancy[comparison.judged] for finding in comparison.findings])
+    off = np.where(np.ptp(maps, axis=1, keepdims=True) < FLAT, 0.0, maps - maps.mean(axis=1, keepdims=True))
+    spread = np.sqrt((off**2).sum(axis=1))
+    result: Floats = off @ off.T / np.maximum(np.outer(spread, spread), np.finfo(np.float64).tiny)
+    return result
 
 
 def apart(comparison: Comparison, one: str, other: str) -> float | None:

@@ -130,6 +130,21 @@ def test_maps_agree_with_themselves_and_with_others_alike(unjudged: Comparison) 
     assert r[1, 2] == pytest.approx(np.corrcoef(one, other)[0, 1])
 
 
+def test_a_map_that_is_flat_but_for_rounding_agrees_with_none(unjudged: Comparison) -> None:
+    first, *others = unjudged.findings
+    rounding = np.random.default_rng(0).uniform(0.0, 1e-9, first.occupancy.shape)
+    flat = replace(first, occupancy=0.3 + rounding)
+    r = comparison.agreement(replace(unjudged, findings=(flat, *others)))
+    np.testing.assert_array_equal(r[0], 0.0)
+    np.testing.assert_array_equal(r[:, 0], 0.0)
+
+
+def test_maps_of_one_cell_are_compared_without_a_warning(unjudged: Comparison) -> None:
+    one = np.zeros_like(unjudged.judged)
+    one[tuple(np.argwhere(unjudged.judged)[0])] = True
+    np.testing.assert_array_equal(comparison.agreement(replace(unjudged, judged=one)), 0.0)
+
+
 def test_the_matched_pair_is_told_of_only_when_both_are_there(log: Path, unjudged: Comparison) -> None:
     found = {each.name: each.occupancy[unjudged.judged] for each in unjudged.findings}
     between = np.abs(found["bayes"] - found["dempster-shafer"]).mean()
