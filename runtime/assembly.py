@@ -35,7 +35,7 @@ from echogrid.runtime.lines import lines
 from echogrid.runtime.toml_values import Problem
 
 MOST_CELLS = 4e7
-"""A map of 120 MB."""
+"""A map of 120 MB by Bayes, of 1.4 GB by calibrated evidence."""
 SECOND_NS = 1_000_000_000
 
 Drive = Differential | Tricycle | Ackermann

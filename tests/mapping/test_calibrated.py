@@ -1,3 +1,4 @@
+import tracemalloc
 from math import cos, pi, radians, sin
 
 import numpy as np
@@ -56,6 +57,30 @@ def test_a_wall_is_occupied_and_the_way_along_it_free() -> None:
     assert np.median(wall) > 0.8
     assert max(free) < 0.1
     assert made.unknown()[GEOMETRY.cell(0.0, 2.0)]
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.lists(soundings, max_size=8))
+def test_a_larger_map_says_the_same_of_the_same_place(pings: list[Sounding]) -> None:
+    around = CalibratedGrid(GridGeometry.covering(-9.0, -9.0, 9.0, 9.0, 0.1))
+    middle = CalibratedGrid(GridGeometry.covering(-8.0, -8.0, 8.0, 8.0, 0.1))
+    for ping in pings:
+        around.update(ping)
+        middle.update(ping)
+    inside = slice(10, -10), slice(10, -10)
+    np.testing.assert_allclose(around.occupancy()[inside], middle.occupancy(), atol=1e-6)
+    np.testing.assert_array_equal(around.unknown()[inside], middle.unknown())
+
+
+def test_what_was_never_heard_costs_little() -> None:
+    made = CalibratedGrid(GridGeometry.covering(-50.0, -50.0, 50.0, 50.0, 0.1))
+    for ping in past_a_wall():
+        made.update(ping)
+    tracemalloc.start()
+    made.occupancy()
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 50 * made.geometry.rows * made.geometry.cols
 
 
 def test_silence_alone_makes_nothing_known() -> None:
