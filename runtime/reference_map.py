@@ -24,8 +24,9 @@ from echogrid.runtime.truth_map import TruthMap
 
 STRETCH_NS = 10_000_000_000
 """Pings of one stretch of time are no independent witnesses. Every other one is in the other half."""
-SURE = 0.8
-"""What its own map calls walls with less than that is none yet, for it would be a wrong one too often."""
+SURE = 0.97
+"""What its own map calls walls with less than that is none yet: where it has heard little it goes on with
+walls as they mostly do, and what did not answer there would be held against the beam."""
 _FINE = 0.05
 """m: so far apart are the points which an emulated wall is made of."""
 _COARSE = 0.3
