@@ -62,6 +62,8 @@ BOOK = (
     Column("cells a ping", "cells_per_ping", ".0f", high_is_good=False),
     Column("us a ping", "microseconds_per_ping", ".0f", high_is_good=False),
 )
+FEWEST_WORLDS = 3
+"""From which on a bootstrap over worlds means something."""
 COMPARED = tuple(column for column in QUALITY if column.figure in {"auc", "f1", "overlap", "skill"})
 
 
@@ -110,10 +112,14 @@ def difference_table(found: Standings, contenders: Sequence[Contender]) -> Itera
 
 
 def difference(found: Standings, name: str, others: Sequence[str], column: Column) -> str:
-    """The difference from whichever of the others is the best, and how likely it is to be chance."""
+    """The difference from whichever of the others is the best, and how likely it is to be chance; of less
+    than three worlds nothing can be said about that."""
     best = column.best(float(figures(found, other, column).mean()) for other in others)
     rival = next(other for other in others if float(figures(found, other, column).mean()) == best)
-    d = paired_bootstrap(figures(found, name, column), figures(found, rival, column))
+    ours, theirs = figures(found, name, column), figures(found, rival, column)
+    if len(ours) < FEWEST_WORLDS:
+        return f"{float((ours - theirs).mean()):+{column.form}}"
+    d = paired_bootstrap(ours, theirs)
     return f"{d.mean:+{column.form}} ({d.low:+{column.form}} to {d.high:+{column.form}}), p = {d.p:.2g}"
 
 

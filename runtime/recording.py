@@ -31,8 +31,16 @@ class Recording:
     faults: RowFaults = field(default_factory=RowFaults)
 
 
+ROBOND_RANGES = "measurement.txt"
+"""By which that recording is told from ours."""
+
+
 def read_simple(folder: Path) -> Recording:
     """A folder in the simple format. Raises UsageError with everything that keeps it from being read."""
+    if not folder.is_dir():
+        raise UsageError([f"{folder}: no such folder"])
+    if (folder / ROBOND_RANGES).is_file() and not (folder / simple_log.RANGES[0]).is_file():
+        raise UsageError([f"{folder}: no log of ours, but like RoboND's recording: try --format robond"])
     config = Config()
     try:
         config = robot_file.load(folder / "robot.toml")

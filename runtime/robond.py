@@ -12,7 +12,7 @@ from echogrid.drivers.readings import RangeReading, classify
 from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.runtime.config import Config, MapConfig, SensorConfig
 from echogrid.runtime.errors import UsageError
-from echogrid.runtime.recording import Recording, monotonic
+from echogrid.runtime.recording import ROBOND_RANGES, Recording, monotonic
 from echogrid.runtime.simple_log import RowFaults
 
 BEARINGS_DEG = (-90.0, -37.5, -22.5, -7.5, 7.5, 22.5, 37.5, 90.0)
@@ -32,7 +32,7 @@ def configuration(bearings_deg: tuple[float, ...] = BEARINGS_DEG) -> Config:
 
 def read(folder: Path, config: Config | None = None) -> Recording:
     """The recording in a folder. Raises UsageError when a file is missing."""
-    paths = folder / "measurement.txt", folder / "poses.txt"
+    paths = folder / ROBOND_RANGES, folder / "poses.txt"
     absent = [f"{path}: no such file" for path in paths if not path.is_file()]
     if absent:
         raise UsageError(absent)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from echogrid.runtime.commands.arguments import add_seed, count, length
+from echogrid.runtime.errors import UsageError
 
 if TYPE_CHECKING:
     from echogrid.runtime.commands.arguments import Commands
@@ -48,7 +49,9 @@ def worlds(text: str) -> list[str]:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the tables; the exit code."""
+    """Print the tables; the exit code. Raises UsageError for worlds of which nothing would come."""
+    if arguments.worlds and not arguments.maps:
+        raise UsageError(["--worlds is for --maps: without that nothing is judged in the frozen worlds"])
     for line in _theories(arguments) if arguments.maps else _everything(arguments):
         print(line, flush=True)
     return 0

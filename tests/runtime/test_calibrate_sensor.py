@@ -138,7 +138,7 @@ def test_a_truth_may_be_given_as_a_map(capsys: pytest.CaptureFixture[str], tmp_p
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [
-        (["gone"], "gone/robot.toml: No such file"),
+        (["gone"], "gone: no such folder"),
         (["log", "--truth", "gone.yaml"], "gone.yaml: no such file"),
         (["log", "--truth", "emulated"], "it was not made by `echogrid run --simulate`"),
     ],

@@ -52,7 +52,7 @@ def finding(name: str, occupancy: list[list[float]], conflict: list[list[float]]
         name,
         np.where(np.isnan(p), 0.5, p),
         np.isnan(p),
-        None,  # type: ignore[arg-type]
+        None,  # type: ignore[arg-type]  # the pictures and the page ask for no verdict
         None if conflict is None else np.array(conflict),
         (),
         (),

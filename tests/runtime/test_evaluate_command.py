@@ -37,3 +37,8 @@ def test_maps_are_judged_as_told(
     assert command_line.main(["evaluate", "--maps", *told]) == 0
     assert asked == [due]
     assert capsys.readouterr().out == "| a table |\n"
+
+
+def test_worlds_without_maps_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert command_line.main(["evaluate", "--worlds", "foyer"]) == 2
+    assert "--worlds is for --maps" in capsys.readouterr().err

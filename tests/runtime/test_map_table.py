@@ -47,9 +47,9 @@ def test_the_worst_of_a_figure_that_should_be_low_is_the_highest() -> None:
 
 def test_theories_of_others_are_compared_with_the_best_of_the_book_in_each_figure() -> None:
     found: Standings = {
-        "old": laps("auc", (0.7, 0.7), (0.7, 0.7)),
-        "older": laps("auc", (0.5, 0.5), (0.5, 0.5)),
-        "new": laps("auc", (0.9, 0.9), (0.9, 0.9)),
+        "old": laps("auc", *[(0.7, 0.7)] * 3),
+        "older": laps("auc", *[(0.5, 0.5)] * 3),
+        "new": laps("auc", *[(0.9, 0.9)] * 3),
     }
     book = [Contender(name, ignorant, of_the_book=True) for name in ("old", "older")]
     head, _, row = difference_table(found, [*book, Contender("new", ignorant)])
@@ -60,11 +60,17 @@ def test_theories_of_others_are_compared_with_the_best_of_the_book_in_each_figur
 
 def test_theories_of_others_are_compared_with_each_other_too() -> None:
     found: Standings = {
-        "new": laps("auc", (0.8, 0.8), (0.8, 0.8)),
-        "newer": laps("auc", (0.9, 0.9), (0.9, 0.9)),
+        "new": laps("auc", *[(0.8, 0.8)] * 3),
+        "newer": laps("auc", *[(0.9, 0.9)] * 3),
     }
     _, _, row = difference_table(found, [Contender(name, ignorant) for name in found])
     assert cells(row)[:3] == ["newer", "new", "+0.100 (+0.100 to +0.100), p = 0.0002"]
+
+
+def test_of_two_worlds_no_more_is_told_than_the_difference() -> None:
+    found: Standings = {"new": laps("auc", *[(0.8,)] * 2), "newer": laps("auc", *[(0.9,)] * 2)}
+    _, _, row = difference_table(found, [Contender(name, ignorant) for name in found])
+    assert cells(row)[2] == "+0.100"
 
 
 def test_a_theory_alone_is_compared_with_nothing() -> None:
