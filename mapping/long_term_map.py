@@ -6,12 +6,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from echogrid.mapping.dempster_shafer import DempsterShaferGrid
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sounding import Sounding
-from echogrid.mapping.theory import Theory
+from echogrid.mapping.theory import Layered, Theory
 
 
 @dataclass(slots=True)
@@ -54,5 +53,5 @@ class LongTermMap:
     def render(self) -> MapImage:
         """The published map."""
         grid = self._submap.grid
-        layers = grid.layers() if isinstance(grid, DempsterShaferGrid) else {}
+        layers = grid.layers() if isinstance(grid, Layered) else {}
         return MapImage(grid.geometry, grid.occupancy(), grid.unknown(), layers)

@@ -1,6 +1,7 @@
 """What every way of fusing pings into a grid has in common."""
 
-from typing import Protocol, Self
+from collections.abc import Mapping
+from typing import Protocol, Self, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,4 +29,13 @@ class Theory(Protocol):
 
     def copy(self) -> Self:
         """An independent twin."""
+        ...
+
+
+@runtime_checkable
+class Layered(Protocol):
+    """A theory which has more maps to tell than what is occupied."""
+
+    def layers(self) -> Mapping[str, NDArray[np.float32]]:
+        """(rows, cols) each, row 0 = south, by name."""
         ...
