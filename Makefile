@@ -56,6 +56,7 @@ figures: $(VENV)/run-ready
 	$(BIN)/echogrid run --simulate --duration 305s --out out/office --log out/office-log
 	cp out/office/map.png docs/figures/office.png
 	$(BIN)/echogrid compare out/office-log --truth emulated --out docs/figures/compare-office.png
+	$(BIN)/python -m echogrid.runtime.steering_picture docs/figures/steering.png
 	$(if $(wildcard $(ROBOND)),$(BIN)/echogrid map $(ROBOND) --format robond --out out/robond)
 	$(if $(wildcard $(ROBOND)),cp out/robond/map.png docs/figures/robond.png)
 	$(if $(wildcard $(ROBOND)),$(BIN)/echogrid compare $(ROBOND) --format robond \

@@ -1,0 +1,26 @@
+"""Where to: a direction in the grid's frame, and how far along it."""
+
+from dataclasses import dataclass
+from math import atan2, hypot, inf
+
+from echogrid.mapping.pose import Pose, wrap_angle
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """As the robot sees it now."""
+
+    bearing: float
+    """rad, in the grid's frame (not from straight ahead)."""
+    distance: float = inf
+    """m; inf if it is a direction only."""
+
+
+def towards(robot: Pose, x: float, y: float) -> Goal:
+    """The goal that is a point (m) of the grid's frame."""
+    return Goal(atan2(y - robot.y, x - robot.x), hypot(x - robot.x, y - robot.y))
+
+
+def ahead(robot: Pose, bearing: float = 0.0) -> Goal:
+    """The goal that is a direction (rad) from straight ahead of the robot."""
+    return Goal(wrap_angle(robot.yaw + bearing))
