@@ -1,31 +1,58 @@
 """What is around the robot now: the local grid, what is read from it, and the stop layer beneath."""
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from echogrid.drivers.readings import Outcome, RangeReading
+from echogrid.mapping.free_path import FreePath, PathEnd, PathSensor, Unknown
+from echogrid.mapping.latency import Latency
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.placed_ping import PlacedPing
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.stop_layer import StopLayer
+from echogrid.mapping.twist import Twist
 from echogrid.mapping.verification import Believer, Verifier, heard_at
 from echogrid.mapping.virtual_sensor import ObstacleView, StopReason, VirtualSensor
+
+_WORST_FIRST = tuple(StopReason)
+_ENDS = {
+    PathEnd.OBSTACLE: StopReason.NEAR,
+    PathEnd.UNKNOWN: StopReason.UNKNOWN,
+    PathEnd.HORIZON: StopReason.UNKNOWN,
+    PathEnd.STALE: StopReason.STALE,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Readers:
+    """What looks at the local grid."""
+
+    sectors: VirtualSensor
+    path: PathSensor
+    unknown: Unknown
+    slow: float
+    """m/s at most where something ahead is unknown, with Unknown.SLOW."""
+    reaction_ns: int
+    """From a view to the wheels that heed it."""
 
 
 class Lookout:
     """The stop layer hears every reading; the local grid sees those which are verified."""
 
     def __init__(
-        self, local: LocalGrid, sensor: VirtualSensor, stop: StopLayer, verifier: Verifier | Believer
+        self, local: LocalGrid, readers: Readers, stop: StopLayer, verifier: Verifier | Believer
     ) -> None:
         self._local = local
-        self._sensor = sensor
+        self._readers = readers
         self._stop = stop
         self._verifier = verifier
+        self._latency = Latency()
 
-    def hear(self, readings: Iterable[RangeReading]) -> None:
+    def hear(self, readings: Iterable[RangeReading], now_ns: int) -> None:
         """Raw readings, as they came in."""
-        for reading in readings:
+        taken = tuple(readings)
+        self._latency.take(taken, now_ns)
+        for reading in taken:
             self._stop.take(reading)
 
     def see(self, placed: Iterable[PlacedPing], robot: Pose, now_ns: int) -> None:
@@ -36,10 +63,53 @@ class Lookout:
             for verified in self._verifier.take(ping).verified:
                 self._fuse(verified)
 
-    def view(self, robot: Pose, now_ns: int) -> ObstacleView:
-        """The obstacles around the robot."""
-        view = self._sensor.view(self._local, robot, now_ns)
-        return replace(view, reason=StopReason.NEAR) if self._stop.must_stop(now_ns) else view
+    def view(self, robot: Pose, now_ns: int, twist: Twist) -> ObstacleView:
+        """The obstacles around the robot, and the way along a twist.
+
+        What is ahead stops it if the twist leads ahead, or is none.
+        """
+        view = self._readers.sectors.view(self._local, robot, now_ns)
+        path = self.path(robot, now_ns, twist)
+        reasons = {_ENDS[path.end]} if path.limit == 0.0 else set()
+        if twist.speed > 0.0 or twist.stands:
+            reasons |= self._ahead(view, now_ns)
+            path = self._slowed(view, path)
+        heard_ns = self._latency.newest_ns
+        return replace(
+            view,
+            reason=next((reason for reason in _WORST_FIRST if reason in reasons), None),
+            path=path,
+            silent=(*self._stop.silent(now_ns), *self._stop.unheard()),
+            age_ns=max(now_ns - heard_ns, 0) if heard_ns else None,
+            latency_ns=self.latency_ns,
+        )
+
+    def path(self, robot: Pose, now_ns: int, twist: Twist) -> FreePath:
+        """The way along any twist."""
+        return self._readers.path.look(self._local, robot, now_ns, twist, self.latency_ns * 1e-9)
+
+    @property
+    def latency_ns(self) -> int:
+        """From a sound's echo to wheels that heed it: as measured, up to the tick, and what follows."""
+        return self._latency.worst_ns + self._readers.reaction_ns
+
+    def _ahead(self, view: ObstacleView, now_ns: int) -> set[StopReason]:
+        """What stops whoever drives ahead."""
+        reasons = {view.reason} if view.reason else set()
+        if self._stop.must_stop(now_ns):
+            reasons.add(StopReason.NEAR)
+        if self._stop.silent(now_ns):
+            reasons.add(StopReason.SILENT)
+        if self._stop.unheard():
+            reasons.add(StopReason.UNKNOWN)
+        return reasons
+
+    def _slowed(self, view: ObstacleView, path: FreePath) -> FreePath:
+        """The way ahead, where something beside it is unknown or stale."""
+        readers = self._readers
+        if readers.unknown is not Unknown.SLOW or not readers.sectors.doubts(view):
+            return path
+        return path.limited(readers.slow)
 
     def _fuse(self, ping: PlacedPing) -> None:
         """For avoidance, what is too close is an obstacle at the blanking distance."""

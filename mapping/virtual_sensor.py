@@ -8,11 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from echogrid.mapping.bayes import MILLI
+from echogrid.mapping.free_path import STANDING, UNSEEN, FreePath, Unknown
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.pose import Pose, wrap_angle
+from echogrid.mapping.twist import Twist
 
 _ROUNDING = 1e-9
 """rad: a sector on the border of "ahead" is ahead on both sides."""
+
+
+_EMPTY = 1.0 / (1.0 + np.exp(np.arange(1 << 16, dtype=np.uint16).view(np.int16) / MILLI))
+"""P(Empty) by milli-nats; those below 0 count from the end."""
 
 
 class SectorState(Enum):
@@ -33,13 +39,26 @@ class Sector:
     state: SectorState
     nearest: float
     """m from base_link to the nearest occupied cell within the horizon; inf if there is none."""
+    confidence: float = 0.0
+    """0...1: how probably that obstacle is there; if there is none, the mean probability that its cells are
+    empty, where those count nothing which were not spoken of lately."""
+    age_ns: int | None = None
+    """Since the nearest obstacle, or else any of its cells, was spoken of; None: never."""
+    seen: float = 0.0
+    """0...1: the part of its cells that was spoken of lately. The rest lies between the rangers' cones, or
+    behind an obstacle."""
+
+
+_DOUBTFUL = frozenset({SectorState.UNKNOWN, SectorState.STALE})
 
 
 class StopReason(Enum):
     """Why the way ahead may not be driven, the worst first."""
 
     NEAR = "near"
-    """Something within the stop distance, by the grid or by an echo."""
+    """Something within the stop distance, by the grid or by an echo, or in the way."""
+    SILENT = "silent"
+    """A ranger that looks ahead says nothing any more."""
     UNKNOWN = "unknown"
     STALE = "stale"
 
@@ -53,6 +72,26 @@ class ObstacleView:
     """Counter-clockwise, the first one straight ahead."""
     reason: StopReason | None
     """Why the robot must stop, if it must."""
+    unknown: Unknown = Unknown.BLOCKED
+    """What is made of that which is unknown or stale."""
+    path: FreePath = UNSEEN
+    """The way of the commanded twist."""
+    silent: tuple[str, ...] = ()
+    """Rangers that look ahead and say nothing."""
+    age_ns: int | None = None
+    """Since the newest sound was heard, or none, that it rests upon; None: never."""
+    latency_ns: int = 0
+    """From a sound's echo to a command that heeds it, as the limit allows for it."""
+
+    @property
+    def speed_limit(self) -> float:
+        """m/s of the point of the robot that moves fastest, along its way; 0 if it must stop."""
+        return 0.0 if self.stop else self.path.limit
+
+    @property
+    def allowed(self) -> Twist:
+        """What of the commanded twist may be driven."""
+        return STANDING if self.stop else self.path.allowed
 
     @property
     def stop(self) -> bool:
@@ -81,6 +120,8 @@ class Sight:
     """m from base_link."""
     ahead: float = pi / 4.0
     """rad: the half angle of "ahead"."""
+    unknown: Unknown = Unknown.BLOCKED
+    """Whether what is unknown or stale ahead stops."""
 
 
 class VirtualSensor:
@@ -97,38 +138,59 @@ class VirtualSensor:
         self._rows, self._cols = np.nonzero((distance <= sight.horizon) & (distance > 0.0))
         self._turns_per_rad = sight.sectors / (2.0 * pi)
         self._turns = np.arctan2(offsets[self._rows], offsets[self._cols]) * self._turns_per_rad
+        self._bearings = [wrap_angle(2.0 * pi * k / sight.sectors) for k in range(sight.sectors)]
 
     def view(self, local: LocalGrid, robot: Pose, now_ns: int) -> ObstacleView:
         """The sectors around the robot (its pose in the odom frame) now."""
+        sight, count = self._sight, self._sight.sectors
         sector = self._sectors(robot.yaw)
-        seen_ns = local.seen_ns[self._rows, self._cols]
-        total = np.maximum(np.bincount(sector, minlength=self._sight.sectors), 1)
-        known = np.bincount(sector, seen_ns > 0, self._sight.sectors) / total
-        recent = np.bincount(sector, seen_ns > now_ns - self._sight.stale_ns, self._sight.sectors) / total
-        nearest = self._nearest(local, robot, sector)
+        log_odds, seen_ns = local.grid.log_odds[self._rows, self._cols], local.seen_ns[self._rows, self._cols]
+        lately = seen_ns > now_ns - sight.stale_ns
+        total = np.maximum(np.bincount(sector, minlength=count), 1)
+        known = np.bincount(sector, seen_ns > 0, count) / total
+        recent = np.bincount(sector, lately, count) / total
+        empty = np.bincount(sector, np.where(lately, _EMPTY[log_odds], 0.0), count) / total
+        newest_ns = np.zeros(count, np.int64)
+        np.maximum.at(newest_ns, sector, seen_ns)
+        nearest, cell = self._nearest(local, robot, sector)
+        found = cell >= 0
+        sure = np.where(found, 1.0 - _EMPTY[log_odds[cell]], empty)
+        told_ns = np.where(found, seen_ns[cell], newest_ns)
         sectors = tuple(
             Sector(
-                wrap_angle(2.0 * pi * k / self._sight.sectors),
+                bearing,
                 self._state(known[k], recent[k], nearest[k]),
                 float(nearest[k]),
+                float(sure[k]),
+                max(now_ns - int(told_ns[k]), 0) if told_ns[k] else None,
+                float(recent[k]),
             )
-            for k in range(self._sight.sectors)
+            for k, bearing in enumerate(self._bearings)
         )
-        return ObstacleView(now_ns, sectors, self._stop_reason(sectors))
+        return ObstacleView(now_ns, sectors, self._stop_reason(sectors), sight.unknown)
+
+    def doubts(self, view: ObstacleView) -> bool:
+        """Whether anything ahead is unknown or stale."""
+        return any(sector.state in _DOUBTFUL for sector in view.sectors if self._is_ahead(sector))
 
     def _sectors(self, yaw: float) -> NDArray[np.intp]:
         """(n,) The sector of each cell within the horizon."""
         return np.floor(self._turns - (yaw * self._turns_per_rad - 0.5)).astype(np.intp) % self._sight.sectors
 
-    def _nearest(self, local: LocalGrid, robot: Pose, sector: NDArray[np.intp]) -> NDArray[np.float64]:
-        """(sectors,) The distance of the nearest obstacle in each, inf where there is none."""
-        nearest = np.full(self._sight.sectors, inf)
+    def _nearest(
+        self, local: LocalGrid, robot: Pose, sector: NDArray[np.intp]
+    ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+        """(sectors,) The nearest obstacle's distance in each, and its cell; inf and -1 without one."""
+        nearest, cell = np.full(self._sight.sectors, inf), np.full(self._sight.sectors, -1, np.intp)
         hits = np.flatnonzero(local.grid.log_odds[self._rows, self._cols] >= self._sight.occupied * MILLI)
         geometry = local.geometry
         dx = geometry.x + (self._cols[hits] + 0.5) * geometry.resolution - robot.x
         dy = geometry.y + (self._rows[hits] + 0.5) * geometry.resolution - robot.y
-        np.minimum.at(nearest, sector[hits], np.hypot(dx, dy))
-        return nearest
+        distance = np.hypot(dx, dy)
+        far_to_near = np.argsort(-distance, kind="stable")
+        ordered = hits[far_to_near]  # of values for one place the last stays
+        nearest[sector[ordered]], cell[sector[ordered]] = distance[far_to_near], ordered
+        return nearest, cell
 
     def _state(self, known: float, recent: float, nearest: float) -> SectorState:
         """Of a sector of whose cells these parts were ever, and lately, spoken of."""
@@ -138,11 +200,16 @@ class VirtualSensor:
             return SectorState.UNKNOWN
         return SectorState.CLEAR if recent >= self._sight.known else SectorState.STALE
 
+    def _is_ahead(self, sector: Sector) -> bool:
+        return abs(sector.bearing) <= self._sight.ahead + _ROUNDING
+
     def _stop_reason(self, sectors: tuple[Sector, ...]) -> StopReason | None:
-        ahead = [sector for sector in sectors if abs(sector.bearing) <= self._sight.ahead + _ROUNDING]
+        ahead = [sector for sector in sectors if self._is_ahead(sector)]
         states = {sector.state for sector in ahead}
         if any(sector.nearest <= self._sight.stop_distance for sector in ahead):
             return StopReason.NEAR
+        if self._sight.unknown is not Unknown.BLOCKED:
+            return None
         if SectorState.UNKNOWN in states:
             return StopReason.UNKNOWN
         return StopReason.STALE if SectorState.STALE in states else None

@@ -1,20 +1,23 @@
 """From a configuration to the parts of a run: one place where they are put together."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import radians
 from pathlib import Path
 from typing import Any
 
-from echogrid.drivers.device import BusLine
+from echogrid.drivers.device import BusLine, Device
 from echogrid.drivers.sound import speed_of_sound
 from echogrid.mapping.analytical_model import Analytical
+from echogrid.mapping.braking import Brakes
 from echogrid.mapping.empirical_model import EmpiricalOfEach
+from echogrid.mapping.footprint import Footprint
+from echogrid.mapping.free_path import PathSensor, PathSight
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.gyro import Gyro
 from echogrid.mapping.kinematics import Ackermann, Differential, Tricycle, skid_steer
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.long_term_map import LongTermMap
-from echogrid.mapping.lookout import Lookout
+from echogrid.mapping.lookout import Lookout, Readers
 from echogrid.mapping.mapper import Mapper
 from echogrid.mapping.odometry import Odometry
 from echogrid.mapping.pose import Pose
@@ -24,6 +27,7 @@ from echogrid.mapping.stop_layer import StopLayer, StopZone
 from echogrid.mapping.subjective_model import Subjective
 from echogrid.mapping.theories import Beliefs, maker
 from echogrid.mapping.theory import Theory
+from echogrid.mapping.twist import Twist
 from echogrid.mapping.verification import Believer, Verifier
 from echogrid.mapping.virtual_sensor import Sight, VirtualSensor
 from echogrid.mapping.yaw_fusion import YawFusion
@@ -31,6 +35,7 @@ from echogrid.runtime import sonar_model_file
 from echogrid.runtime.config import Config
 from echogrid.runtime.errors import ConfigError, UsageError
 from echogrid.runtime.fusion import Fusion
+from echogrid.runtime.hull import footprint
 from echogrid.runtime.lines import lines
 from echogrid.runtime.toml_values import Problem
 
@@ -41,15 +46,20 @@ SECOND_NS = 1_000_000_000
 Drive = Differential | Tricycle | Ackermann
 
 
-def parts(config: Config) -> tuple[list[BusLine[Any, Any]], Fusion]:
-    """The devices of each bus, and the tick's state. Raises ConfigError with all that a run lacks."""
+def parts(
+    config: Config, beacons: Sequence[tuple[str, Device[Any, Any]]] = ()
+) -> tuple[list[BusLine[Any, Any]], Fusion]:
+    """The devices of each bus, and the tick's state. Raises ConfigError with all that a run lacks.
+
+    `beacons` are devices that only send, each with its bus.
+    """
     found: list[Problem] = []
     devices: list[BusLine[Any, Any]] = []
     try:
-        devices = lines(config)
+        devices = lines(config, beacons=beacons)
     except ConfigError as error:
         found += error.found
-    for part in (geometry, drive):
+    for part in (geometry, drive, lookout):
         try:
             part(config)
         except ConfigError as error:
@@ -61,6 +71,12 @@ def parts(config: Config) -> tuple[list[BusLine[Any, Any]], Fusion]:
 
 def fusion(config: Config) -> Fusion:
     """The tick's state. Raises ConfigError when the configuration lacks what a run needs."""
+    poses = PoseBuffer(widest_gap_ns=pose_gap_ns(config))
+    return Fusion(mapper(config, geometry(config), poses), odometry(config), lookout(config))
+
+
+def lookout(config: Config) -> Lookout:
+    """What looks for obstacles. Raises ConfigError if it could not look beyond the robot itself."""
     cells = round(config.local.size_m / config.local.resolution_m)
     local = LocalGrid(
         config.local.resolution_m, cells, config.map.tolerance_m, config.local.fade_s, config.map.no_echo
@@ -70,13 +86,47 @@ def fusion(config: Config) -> Fusion:
         horizon=config.obstacle.horizon_m,
         stale_ns=round(config.obstacle.stale_s * SECOND_NS),
         stop_distance=config.obstacle.stop_distance_m,
+        unknown=config.avoid.unknown,
     )
-    sensor = VirtualSensor(sight, config.local.resolution_m, cells)
-    zone = StopZone(sight.stop_distance, sight.ahead, sight.stale_ns)
+    outline = footprint(config)
+    zone = StopZone(
+        sight.stop_distance, sight.ahead, sight.stale_ns, outline if config.robot.footprint else None
+    )
     stop = StopLayer((sensor.ranger() for sensor in config.sensor), zone)
-    lookout = Lookout(local, sensor, stop, verifier(config))
-    poses = PoseBuffer(widest_gap_ns=pose_gap_ns(config))
-    return Fusion(mapper(config, geometry(config), poses), odometry(config), lookout)
+    readers = Readers(
+        VirtualSensor(sight, config.local.resolution_m, cells),
+        PathSensor(outline, path_sight(config), config.local.resolution_m, cells),
+        config.avoid.unknown,
+        config.avoid.slow_mps,
+        round(config.avoid.reaction_ms * 1e6 + SECOND_NS / config.loop.rate_hz),
+    )
+    _require_room(config, outline)
+    return Lookout(local, readers, stop, verifier(config))
+
+
+def path_sight(config: Config) -> PathSight:
+    """How the robot's way is looked at."""
+    avoid, limits = config.avoid, config.drive
+    return PathSight(
+        Brakes(avoid.deceleration_mps2, avoid.margin_m),
+        avoid.unknown,
+        avoid.slow_mps,
+        avoid.skin_m,
+        avoid.known_part,
+        Twist(limits.max_speed_mps, radians(limits.max_turn_dps)),
+        config.obstacle.horizon_m,
+        stale_ns=round(config.obstacle.stale_s * SECOND_NS),
+    )
+
+
+def _require_room(config: Config, outline: Footprint) -> None:
+    """The horizon, and half the local grid, must lie beyond the footprint."""
+    least = outline.reach + 2.0 * config.local.resolution_m
+    beyond = f"must reach beyond the robot itself: its outline ends {outline.reach:.2f} m from base_link"
+    if config.obstacle.horizon_m <= least:
+        raise ConfigError([(("obstacle", "horizon_m"), f"`horizon_m` {beyond}")])
+    if config.local.size_m / 2.0 <= least:
+        raise ConfigError([(("local", "size_m"), f"half of `size_m` {beyond}")])
 
 
 def mapper(config: Config, area: GridGeometry, poses: PoseBuffer) -> Mapper:

@@ -1,10 +1,13 @@
 """robot.toml as data: one schema for the service and for logs, with the unit in each key's name."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from ipaddress import ip_address
 from math import radians
 from typing import Any, Literal
 
+from echogrid.mapping.footprint import Footprint
+from echogrid.mapping.free_path import Unknown
 from echogrid.mapping.kinematics import Differential, Tricycle, Wheels
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
@@ -15,6 +18,17 @@ from echogrid.mapping.verification import AGREEMENT
 def _require(holds: bool, message: str) -> None:
     if not holds:
         raise ValueError(message)
+
+
+def _require_outline(corners: Sequence[Sequence[float]]) -> None:
+    if not corners:
+        return
+    alike = all(len(corner) == 2 and max(map(abs, corner)) <= 100 for corner in corners)
+    _require(alike, "`footprint` must be a list of [x_m, y_m] in -100...100")
+    try:
+        Footprint([(x, y) for x, y in corners])
+    except ValueError as error:
+        raise ValueError(f"`footprint`: {error}") from error
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +51,11 @@ class RobotConfig:
     steering_error_deg: float = 1.0
     """Steered drives: the standard deviation of the mean steering angle over a way of 1 m."""
     air_temperature_c: float = 20.0
+    footprint: tuple[tuple[float, ...], ...] = ()
+    """Corners (x_m, y_m) of its outline, in order; by default a box around wheels and rangers."""
 
     def __post_init__(self) -> None:
+        _require_outline(self.footprint)
         for name in ("wheel_radius_m", "track_m", "wheelbase_m"):
             value = getattr(self, name)
             _require(value is None or 0.001 <= value <= 100, f"`{name}` must lie in 0.001...100")
@@ -309,6 +326,86 @@ class ObstacleConfig:
 
 
 @dataclass(frozen=True, slots=True)
+class AvoidConfig:
+    """[avoid]: how far and how fast the robot may go (docs/obstacle-sensor.md)."""
+
+    unknown: Unknown = Unknown.BLOCKED
+    """What is made of that which was not seen, or not lately."""
+    slow_mps: float = 0.1
+    """With unknown = "slow": how fast it is driven into."""
+    margin_m: float = 0.05
+    """What must be left before an obstacle when the robot stands."""
+    deceleration_mps2: float = 0.5
+    """How it stops, at least; of the point of the robot that moves fastest."""
+    reaction_ms: float = 100.0
+    """From a published view to wheels that heed it."""
+    skin_m: float = 0.3
+    """So near to the footprint cells need not have been seen: the rangers' cones only begin there."""
+    known_part: float = 0.25
+    """Of what the robot would sweep, so much must have been seen as free, and lately."""
+
+    def __post_init__(self) -> None:
+        _require(0 < self.slow_mps <= 10, "`slow_mps` must lie in 0...10")
+        _require(0 <= self.margin_m <= 10, "`margin_m` must lie in 0...10")
+        _require(0 < self.deceleration_mps2 <= 100, "`deceleration_mps2` must lie in 0...100")
+        _require(0 <= self.reaction_ms <= 10_000, "`reaction_ms` must lie in 0...10000")
+        _require(0 <= self.skin_m <= 10, "`skin_m` must lie in 0...10")
+        _require(0 < self.known_part <= 1, "`known_part` must be above 0 and at most 1")
+
+
+@dataclass(frozen=True, slots=True)
+class OutputConfig:
+    """[[output]]: who is told of the obstacle view, and how (docs/obstacle-sensor.md)."""
+
+    type: Literal["unix", "udp", "can"]
+    format: Literal["binary", "json"] = "binary"
+    """Of datagrams."""
+    path: str | None = None
+    """Unix: the receiver's socket, relative to the folder of robot.toml."""
+    host: str | None = None
+    """UDP: the receiver's IP address."""
+    port: int | None = None
+    bus: str | None = None
+    """CAN: the bus."""
+    id: int | None = None
+    """CAN: the identifier of the heartbeat; the one above it is taken, too."""
+    rate_hz: float = 20.0
+    """At most; no more than the loop's."""
+
+    def __post_init__(self) -> None:
+        for key, owner in _OUTPUT_KEYS.items():
+            given = getattr(self, key) is not None
+            _require(given or owner != self.type, f'`{key}` is needed for type = "{self.type}"')
+            _require(not given or owner == self.type, f'`{key}` is for type = "{owner}"')
+        _require(self.format == "binary" or self.type != "can", '`format` is for type = "unix" and "udp"')
+        _require(0 < self.rate_hz <= 1000, "`rate_hz` must lie in 0...1000")
+        _require(self.host is None or _is_address(self.host), "`host` must be an IP address, not a name")
+        _require(self.port is None or 1 <= self.port <= 65535, "`port` must lie in 1...65535")
+        _require(self.id is None or 0 <= self.id < 0x1FFF_FFFF, "`id` must lie in 0...0x1FFFFFFE")
+
+    @property
+    def label(self) -> str:
+        """What it is called in reports."""
+        places = {
+            "unix": self.path,
+            "udp": f"{self.host}:{self.port}",
+            "can": f"{self.bus}:{self.id or 0:#x}",
+        }
+        return f"{self.type}:{places[self.type]}"
+
+
+_OUTPUT_KEYS = {"path": "unix", "host": "udp", "port": "udp", "bus": "can", "id": "can"}
+
+
+def _is_address(host: str) -> bool:
+    try:
+        ip_address(host)
+    except ValueError:
+        return False
+    return True
+
+
+@dataclass(frozen=True, slots=True)
 class Config:
     """All of robot.toml."""
 
@@ -323,3 +420,5 @@ class Config:
     map: MapConfig = field(default_factory=MapConfig)
     local: LocalConfig = field(default_factory=LocalConfig)
     obstacle: ObstacleConfig = field(default_factory=ObstacleConfig)
+    avoid: AvoidConfig = field(default_factory=AvoidConfig)
+    output: tuple[OutputConfig, ...] = ()

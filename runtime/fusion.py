@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from echogrid.drivers.readings import GyroReading, RangeReading, Reading, WheelReading
+from echogrid.mapping.free_path import STANDING, FreePath
 from echogrid.mapping.ledger import Ledger
 from echogrid.mapping.long_term_map import MapImage
 from echogrid.mapping.lookout import Lookout
@@ -16,6 +17,7 @@ from echogrid.mapping.odometry import Covariance, Odometry
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.reckoning import Reckoning, StampedPose, YawRate
 from echogrid.mapping.stuck import StuckWatch
+from echogrid.mapping.twist import Twist
 from echogrid.mapping.virtual_sensor import ObstacleView
 from echogrid.mapping.wheel_pair import WheelAngles, WheelPair
 from echogrid.runtime.listening import Listening
@@ -56,6 +58,8 @@ class Fusion:
     def __init__(self, mapper: Mapper, odometry: Odometry, lookout: Lookout) -> None:
         self.listening = Listening()
         self.stuck = StuckWatch()
+        self.twist: Twist = STANDING
+        """What the robot is commanded to do, as far as anybody says: its way is looked at."""
         self._mapper = mapper
         self._odometry = odometry
         self._reckoning = Reckoning(odometry)
@@ -102,9 +106,9 @@ class Fusion:
             self.stuck.see(reading, self._odometry.pose)
             self._mapper.add(reading)
         placed, drops = self._mapper.advance()
-        self._lookout.hear(ranges)
+        self._lookout.hear(ranges, now_ns)
         self._lookout.see(placed, self._odometry.pose, now_ns)
-        view = self._lookout.view(self._odometry.pose, now_ns)
+        view = self._lookout.view(self._odometry.pose, now_ns, self.twist)
         late = {id(drop.reading) for drop in drops if drop.reason in ("late", "listened")}
         used = tuple(reading for reading in ranges if id(reading) not in late)
         gyro = self._odometry.yaw_fusion
@@ -134,6 +138,10 @@ class Fusion:
         """Fuse what can still be placed; nothing more will come."""
         self._placed(self._reckoning.finish())
         return tuple(self._mapper.finish())
+
+    def path(self, now_ns: int, twist: Twist) -> FreePath:
+        """How far, and how fast, the robot may go with any twist, by what the last tick knew."""
+        return self._lookout.path(self._odometry.pose, now_ns, twist)
 
     def map_image(self) -> MapImage:
         """The long-term map as it is now."""

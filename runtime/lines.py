@@ -1,6 +1,6 @@
 """The devices of each bus, as configured: resolved, checked against each other, put together."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import radians
 from types import MappingProxyType
@@ -8,7 +8,7 @@ from typing import Any
 
 from echogrid.drivers import registry
 from echogrid.drivers.commanded import CommandedRanger
-from echogrid.drivers.device import BusLine, Departing, Device
+from echogrid.drivers.device import BusLine, Departing, Device, Line
 from echogrid.drivers.errors import UnknownDriverError
 from echogrid.drivers.registry import Driver
 from echogrid.drivers.role import Call, GyroRole, RangerRole, Steering, WheelRole
@@ -46,11 +46,14 @@ class _Part:
 
 
 def lines(
-    config: Config, throttles: Mapping[str, Throttle] = MappingProxyType({})
+    config: Config,
+    throttles: Mapping[str, Throttle] = MappingProxyType({}),
+    beacons: Sequence[tuple[str, Device[Any, Any]]] = (),
 ) -> list[BusLine[Any, Any]]:
     """The devices of each bus. Raises ConfigError with every driver or setting that is wrong.
 
-    `throttles` are those of the wheels that shall be driven, by name.
+    `throttles` are those of the wheels that shall be driven, by name; `beacons` are devices that only send,
+    each with the CAN bus on which it does.
     """
     problems: list[Problem] = []
     parts = [_with_throttle(part, throttles, problems) for part in _parts(config, problems)]
@@ -61,7 +64,12 @@ def lines(
     if problems:
         raise ConfigError(problems)
     attached = {bus.name: [part for part in parts if part.bus == bus.name] for bus in config.bus}
-    return [own[0].driver.line(bus, [part.device for part in own]) for bus, own in attached.items() if own]
+    sending = {name: [device for bus, device in beacons if bus == name] for name in attached}
+    return [
+        (own[0].driver.line if own else Line)(bus, [*(part.device for part in own), *sending[bus]])
+        for bus, own in attached.items()
+        if own or sending[bus]
+    ]
 
 
 def line_of(config: Config) -> BusLine[Any, Any]:

@@ -3,16 +3,17 @@
 import gc
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
 from echogrid.drivers.clock import MonotonicClock
 from echogrid.drivers.errors import PortError
-from echogrid.runtime import assembly
+from echogrid.runtime import assembly, outlets
 from echogrid.runtime.acquisition import ThreadedAcquisition
 from echogrid.runtime.config import Config
 from echogrid.runtime.loop import FixedRateLoop
+from echogrid.runtime.outputs.publisher import Publisher
 from echogrid.runtime.ports import real_ports
 from echogrid.runtime.pump import PortState, Pump
 from echogrid.runtime.reading_queue import ReadingQueue
@@ -31,7 +32,8 @@ def live_run(config: Config, folder: Path) -> Iterator[tuple[Run, list[str]]]:
     """
     clock = MonotonicClock()
     queue = ReadingQueue()
-    lines, fusion = assembly.parts(config)
+    made = outlets.outputs(config, folder)
+    lines, fusion = assembly.parts(config, tuple(outlets.beacons(config, made)))
     ports = real_ports(config, lines, folder)
     pumps = [Pump(line, ports[line.name], clock, queue.put) for line in lines]
     for pump in pumps:
@@ -39,9 +41,10 @@ def live_run(config: Config, folder: Path) -> Iterator[tuple[Run, list[str]]]:
     closed = list(_closed(pumps))
     if len(closed) == len(pumps):
         raise PortError("\n".join([*closed, "no port could be opened"]))
-    with _quick_threads(), ThreadedAcquisition(pumps, queue) as acquisition:
+    publisher = Publisher(made)
+    with closing(publisher), _quick_threads(), ThreadedAcquisition(pumps, queue) as acquisition:
         loop = FixedRateLoop(clock, config.loop.rate_hz)
-        yield Run(fusion, loop, acquisition, clock), closed
+        yield Run(fusion, loop, acquisition, clock, publisher=publisher), closed
 
 
 @contextmanager

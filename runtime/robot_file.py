@@ -105,6 +105,8 @@ def _contradictions(config: Config) -> Iterator[Problem]:
     yield from _without_bus("sensor", [sensor.bus for sensor in config.sensor], config)
     yield from _without_bus("wheel", [wheel.bus for wheel in config.wheel], config)
     yield from _without_bus("gyro", [gyro.bus for gyro in config.gyro], config)
+    yield from _without_bus("output", [output.bus for output in config.output], config)
+    yield from _outputs_amiss(config)
     yield from _misfires(config)
     yield from _of_another_drive(config)
     if not config.sensor:
@@ -142,6 +144,21 @@ def _without_bus(kind: str, named: list[str | None], config: Config) -> Iterator
     for index, name in enumerate(named):
         if name is not None and name not in buses:
             yield (kind, index, "bus"), f"there is no [[bus]] named {name!r}{nearest(name, buses)}"
+
+
+def _outputs_amiss(config: Config) -> Iterator[Problem]:
+    """Outputs that go to one place, or to a bus that can't take them."""
+    buses = {bus.name: bus for bus in config.bus}
+    labels = [output.label for output in config.output]
+    for index, output in enumerate(config.output):
+        place: Place = ("output", index)
+        bus = buses.get(output.bus or "")
+        if output.label in labels[:index]:
+            yield place, f"a second [[output]] to {output.label}: take one out"
+        if bus is not None and bus.kind != "can":
+            yield (*place, "bus"), f"bus {bus.name!r} is no CAN bus, and this output needs one"
+        elif bus is not None and bus.listen_only:
+            yield (*place, "bus"), f"bus {bus.name!r} has listen_only = true: nothing can be told there"
 
 
 def _misfires(config: Config) -> Iterator[Problem]:

@@ -17,6 +17,7 @@ from echogrid.runtime.acquisition import Acquisition, DeviceReport
 from echogrid.runtime.fusion import Fusion, Snapshot
 from echogrid.runtime.ledger_report import account
 from echogrid.runtime.loop import SECOND_NS, FixedRateLoop
+from echogrid.runtime.outputs.publisher import Publisher
 from echogrid.runtime.reading_text import source
 from echogrid.runtime.status import Meter, Status
 
@@ -48,6 +49,7 @@ class Run:
     readings: Counter[str] = field(default_factory=Counter)
     """By device."""
     stopping: bool = False
+    publisher: Publisher = field(default_factory=Publisher)
 
     @property
     def travelled(self) -> float:
@@ -76,6 +78,7 @@ class Run:
         self.fusion.overflow(self.acquisition.drain_overflow())
         for sink in self.sinks:
             sink.put(snapshot.ranges, snapshot.wheels, snapshot.rates)
+        self.publisher.put(snapshot.view)
         self._remember(snapshot, readings)
         return snapshot
 
@@ -102,6 +105,7 @@ class Run:
             "travelled_m": round(self.travelled, 3),
             "pose_error": _pose_error(self.fusion.odometry),
             **self._gyro(),
+            "outputs": self.publisher.report(),
             "ticks": {"in_time": self.loop.in_time, "late": self.loop.late, "skipped": self.loop.skipped},
             "devices": {
                 each.device: {

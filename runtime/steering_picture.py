@@ -15,9 +15,9 @@ from echogrid.mapping.pose import Pose
 from echogrid.mapping.sonar_model import NoEcho
 from echogrid.mapping.steering.decision import Decision, Steering
 from echogrid.mapping.steering.goal import Goal, towards
+from echogrid.mapping.steering.limits import Limits
 from echogrid.mapping.steering.obstacles import MOST, Obstacles, View
 from echogrid.mapping.steering.sectors import Floats, to_sectors
-from echogrid.mapping.steering.twist import Limits
 from echogrid.mapping.steering.vff import Vff
 from echogrid.mapping.steering.vfh import Vfh
 from echogrid.mapping.steering.vfh_plus import VfhPlus

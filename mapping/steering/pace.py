@@ -5,8 +5,9 @@ from math import radians, sqrt
 
 from echogrid.mapping.pose import wrap_angle
 from echogrid.mapping.steering.decision import Decision
+from echogrid.mapping.steering.limits import Limits, bounded
 from echogrid.mapping.steering.obstacles import View
-from echogrid.mapping.steering.twist import Limits, Twist, bounded
+from echogrid.mapping.twist import Twist
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,9 @@ import numpy as np
 
 from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.mapping.steering.decision import Decision
+from echogrid.mapping.steering.limits import Limits, bounded
 from echogrid.mapping.steering.obstacles import View
-from echogrid.mapping.steering.twist import Limits, Twist, bounded
+from echogrid.mapping.twist import Twist
 
 _SECOND_NS = 1_000_000_000
 _STANDING = 0.01

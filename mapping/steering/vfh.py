@@ -8,6 +8,7 @@ import numpy as np
 from echogrid.mapping.pose import wrap_angle
 from echogrid.mapping.steering.decision import Candidate, Decision, Polar, Why
 from echogrid.mapping.steering.goal import Goal
+from echogrid.mapping.steering.limits import bounded
 from echogrid.mapping.steering.obstacles import MOST, View
 from echogrid.mapping.steering.sectors import (
     Floats,
@@ -19,7 +20,6 @@ from echogrid.mapping.steering.sectors import (
     to_sectors,
     totals,
 )
-from echogrid.mapping.steering.twist import bounded
 from echogrid.mapping.steering.window import Window
 
 _ROUNDING = 1e-9

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from echogrid.mapping.pose import wrap_angle
 from echogrid.mapping.steering.decision import Candidate, Decision, Polar, Why
 from echogrid.mapping.steering.goal import Goal
+from echogrid.mapping.steering.limits import Limits
 from echogrid.mapping.steering.obstacles import MOST, View
 from echogrid.mapping.steering.sectors import Floats, Mask, apart, openings, to_sectors
 from echogrid.mapping.steering.turning import out_of_reach
-from echogrid.mapping.steering.twist import Limits
 from echogrid.mapping.steering.window import Window
 
 _ROUNDING = 1e-9

@@ -155,7 +155,9 @@ def _account(run: "Run", devices: "list[DeviceReport]", console: "Console") -> N
 
 def _silent(run: "Run", devices: "list[DeviceReport]", console: "Console") -> bool:
     """Whether a device was never read."""
-    silent = [each.device for each in devices if not run.readings[each.device]]
+    senders = {output.name for output in run.publisher.outputs}
+    unread = [each.device for each in devices if not run.readings[each.device]]
+    silent = [name for name in unread if name not in senders]
     if silent:
         console.say(f"never read: {', '.join(silent)}")
     return bool(silent)

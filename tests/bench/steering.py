@@ -11,9 +11,9 @@ from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.sonar_model import NoEcho
 from echogrid.mapping.steering.goal import towards
+from echogrid.mapping.steering.limits import Limits
 from echogrid.mapping.steering.obstacles import Obstacles, View
 from echogrid.mapping.steering.pace import Pace
-from echogrid.mapping.steering.twist import Limits
 from echogrid.mapping.steering.vff import Vff
 from echogrid.mapping.steering.vfh import Vfh
 from echogrid.mapping.steering.vfh_plus import VfhPlus

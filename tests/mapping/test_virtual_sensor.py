@@ -1,3 +1,4 @@
+from dataclasses import replace
 from itertools import pairwise
 from math import cos, inf, pi, sin, tau
 
@@ -7,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pytest import approx
 
+from echogrid.mapping.free_path import Unknown
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.mapping.sonar_model import NoEcho
@@ -18,6 +20,7 @@ from echogrid.mapping.virtual_sensor import (
     VirtualSensor,
 )
 
+from . import naive_sensor
 from .strategies import poses
 
 SECOND = 1_000_000_000
@@ -249,3 +252,97 @@ def test_a_sector_is_clear_only_if_enough_of_it_was_seen(sectors: int, part: flo
     if part < 0.05 and sectors <= 8:
         assert states == {SectorState.UNKNOWN}
     assert states <= {SectorState.CLEAR, SectorState.UNKNOWN}
+
+
+@settings(deadline=None, max_examples=25)
+@given(poses(3.0), st.integers(4, 40), st.integers(0, 2**32 - 1))
+def test_the_sectors_are_those_of_the_twin_that_goes_through_them_cell_by_cell(
+    robot: Pose, count: int, seed: int
+) -> None:
+    robot = replace(robot, yaw=robot.yaw + 0.01234)  # no cell lies on a border between two sectors
+    around, rng = Around(robot, Sight(sectors=count)), np.random.default_rng(seed)
+    around.local.grid.log_odds[:] = rng.choice(
+        [-2000, 849, 850], around.local.seen_ns.shape, p=[0.7, 0.2, 0.1]
+    )
+    around.local.seen_ns[:] = rng.choice([0, 1, NOW], around.local.seen_ns.shape)
+    twin = naive_sensor.sectors(around.local, robot, NOW, count, 2.0)
+    for sector, naive in zip(around.view().sectors, twin, strict=True):
+        assert sector.nearest == approx(naive.nearest)
+        assert sector.seen == approx(naive.seen)
+
+
+@settings(deadline=None)
+@given(st.integers(0, 3), st.integers(0, 2**32 - 1))
+def test_turning_robot_and_world_by_quarters_changes_neither_confidence_nor_age_nor_what_was_seen(
+    quarters: int, seed: int
+) -> None:
+    straight = Around(Pose(0.05, 0.05, 0.1))
+    turned = Around(Pose(0.05, 0.05, 0.1 + quarters * pi / 2.0))
+    rng, shape = np.random.default_rng(seed), straight.local.seen_ns.shape
+    straight.local.grid.log_odds[:] = rng.choice([-1000, 0, 900], shape, p=[0.5, 0.48, 0.02])
+    straight.local.seen_ns[:] = rng.integers(0, NOW, shape)
+    straight.local.seen_ns[straight.local.grid.log_odds == 900] = NOW - 7  # of two as near it may be either
+    inner = slice(1, None)
+    for one, other in (
+        (straight.local.grid.log_odds, turned.local.grid.log_odds),
+        (straight.local.seen_ns, turned.local.seen_ns),
+    ):
+        other[inner, inner] = np.rot90(one[inner, inner][::-1], quarters)[::-1]
+    for before, after in zip(straight.view().sectors, turned.view().sectors, strict=True):
+        assert after.confidence == approx(before.confidence)
+        assert after.seen == approx(before.seen)
+        assert (after.age_ns, after.state) == (before.age_ns, before.state)
+
+
+@pytest.mark.parametrize(("milli", "probability"), [(850, 0.7006), (2000, 0.8808)])
+def test_an_obstacle_is_as_sure_as_its_cell_is_occupied_and_as_old_as_that(
+    milli: int, probability: float
+) -> None:
+    around = Around()
+    around.seen(0.0, 3.2, NOW - 5)
+    around.obstacle(0.0, 1.0, milli)
+    around.obstacle(0.0, 1.5, 2000 - milli + 850)
+    around.local.seen_ns[around.local.grid.log_odds == milli] = NOW - 400
+    sector = around.view().sectors[0]
+    assert sector.confidence == approx(probability, abs=1e-4)
+    assert sector.age_ns == 400
+
+
+def test_what_is_clear_is_the_surer_the_more_of_it_was_seen() -> None:
+    around = Around()
+    everything = around.view().sectors[0]
+    around.seen(0.1, 0.1, 1)
+    part = around.view().sectors[0]
+    assert everything.confidence == approx(0.8808, abs=1e-4)
+    assert everything.seen == 1.0
+    assert part.seen == approx(0.5, abs=0.2)
+    assert part.confidence == approx(0.8808 * part.seen, abs=1e-4)
+
+
+def test_the_gap_between_two_cones_is_unseen() -> None:
+    """Two rangers look 45 deg apart; what is between their cones nobody knows."""
+    around = Around(sight=Sight(sectors=16))
+    around.local.seen_ns[:] = 0
+    for bearing in (0.0, pi / 4.0):
+        around.seen(bearing, pi / 16.0, NOW)
+    states = around.states()
+    assert states[:3] == [SectorState.CLEAR, SectorState.UNKNOWN, SectorState.CLEAR]
+    assert around.view().sectors[1].seen < 0.1
+
+
+def test_a_sector_of_which_nothing_was_ever_seen_has_no_age_and_no_confidence() -> None:
+    around = Around()
+    around.local.seen_ns[:] = 0
+    sector = around.view().sectors[0]
+    assert (sector.age_ns, sector.confidence, sector.seen) == (None, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("unknown", [Unknown.SLOW, Unknown.CLEAR])
+def test_what_is_unknown_need_not_stop_but_is_shown_and_so_is_that(unknown: Unknown) -> None:
+    around = Around(sight=Sight(unknown=unknown))
+    around.local.seen_ns[:] = 0
+    view = around.view()
+    assert {sector.state for sector in view.sectors} == {SectorState.UNKNOWN}
+    assert (view.reason, view.unknown) == (None, unknown)
+    around.obstacle(0.0, 0.4)
+    assert around.view().reason is StopReason.NEAR

@@ -53,6 +53,12 @@ def test_the_defaults_work() -> None:
         ("ObstacleConfig", {"horizon_m": 0.0}),
         ("ObstacleConfig", {"stop_distance_m": 0.0}),
         ("ObstacleConfig", {"stale_s": 0.0}),
+        ("AvoidConfig", {"slow_mps": 0.0}),
+        ("AvoidConfig", {"margin_m": -0.1}),
+        ("AvoidConfig", {"deceleration_mps2": 0.0}),
+        ("AvoidConfig", {"reaction_ms": 10_001.0}),
+        ("AvoidConfig", {"skin_m": inf}),
+        ("AvoidConfig", {"known_part": 0.0}),
     ],
 )
 def test_an_impossible_value_is_refused_by_its_key(kind: str, changes: dict[str, object]) -> None:
@@ -94,5 +100,5 @@ def test_readings_are_compared_unless_groups_fire_in_turn_or_as_is_said(
 def test_every_table_is_frozen() -> None:
     tables = [each for each in vars(config).values() if isinstance(each, type) and is_dataclass(each)]
     own = [table for table in tables if table.__module__ == config.__name__]
-    assert len(own) == 12
+    assert len(own) == 14
     assert all(table.__dataclass_params__.frozen for table in own)  # type: ignore[attr-defined]

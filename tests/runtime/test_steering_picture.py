@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.steering.decision import Decision
+from echogrid.mapping.steering.limits import Limits
 from echogrid.mapping.steering.obstacles import View
-from echogrid.mapping.steering.twist import Limits
 from echogrid.mapping.steering.vff import Vff
 from echogrid.mapping.steering.vfh_plus import VfhPlus
 from echogrid.runtime.grey_image import read_grey

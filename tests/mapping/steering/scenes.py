@@ -8,8 +8,8 @@ from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.sonar_model import NoEcho
 from echogrid.mapping.steering.decision import Steering
+from echogrid.mapping.steering.limits import Limits
 from echogrid.mapping.steering.obstacles import Belief, Obstacles, View
-from echogrid.mapping.steering.twist import Limits
 from echogrid.mapping.steering.vff import Vff
 from echogrid.mapping.steering.vfh import Vfh
 from echogrid.mapping.steering.vfh_plus import VfhPlus

@@ -12,14 +12,15 @@ from echogrid.mapping.pose import Pose
 from echogrid.mapping.sonar_model import NoEcho
 from echogrid.mapping.steering.decision import Steering
 from echogrid.mapping.steering.goal import towards
+from echogrid.mapping.steering.limits import Limits
 from echogrid.mapping.steering.obstacles import Obstacles
 from echogrid.mapping.steering.pace import Pace
 from echogrid.mapping.steering.recovery import Recovery, Stage
-from echogrid.mapping.steering.twist import Limits, Twist
 from echogrid.mapping.steering.vff import Vff
 from echogrid.mapping.steering.vfh import Vfh
 from echogrid.mapping.steering.vfh_plus import VfhPlus
 from echogrid.mapping.steering.window import Body, Window
+from echogrid.mapping.twist import Twist
 
 RESOLUTION, CELLS = 0.05, 80
 BODY, LIMITS = Body(), Limits()

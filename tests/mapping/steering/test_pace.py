@@ -7,8 +7,9 @@ from pytest import approx
 
 from echogrid.mapping.steering.decision import Decision
 from echogrid.mapping.steering.goal import Goal
+from echogrid.mapping.steering.limits import Limits
 from echogrid.mapping.steering.pace import Manner, Pace
-from echogrid.mapping.steering.twist import Limits, Twist
+from echogrid.mapping.twist import Twist
 
 from .scenes import BODY, LIMITS, MIDDLE, Cell, facing, headings, method, view_of, worlds
 

@@ -12,9 +12,10 @@ from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.mapping.steering.decision import Decision, Polar, Why
 from echogrid.mapping.steering.goal import Goal
+from echogrid.mapping.steering.limits import Limits
 from echogrid.mapping.steering.obstacles import Obstacles, View
 from echogrid.mapping.steering.recovery import Patience, Recovery, Stage, least_blocked
-from echogrid.mapping.steering.twist import Limits, Twist
+from echogrid.mapping.twist import Twist
 
 from .scenes import BODY, LIMITS, MIDDLE, NOW, RESOLUTION, WINDOW, facing, headings, local_grid, view_of
 

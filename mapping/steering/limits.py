@@ -1,16 +1,8 @@
-"""A twist in the plane, and the limits within which it may change."""
+"""Within what the twist of a robot may lie and change."""
 
 from dataclasses import dataclass
 
-
-@dataclass(frozen=True, slots=True)
-class Twist:
-    """How base_link is to move."""
-
-    speed: float = 0.0
-    """m/s, forward."""
-    turn_rate: float = 0.0
-    """rad/s, counter-clockwise."""
+from echogrid.mapping.twist import Twist
 
 
 @dataclass(frozen=True, slots=True)
