@@ -14,20 +14,12 @@ from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.swept_path import fastest, sweeps, touches
 from echogrid.mapping.twist import Twist
+from echogrid.mapping.unknown import Unknown
 
 _MOST_COURSES = 64
 AHEAD = Twist(1.0)
 STANDING = Twist()
 MODEST = Twist(0.5, pi / 2.0)
-
-
-class Unknown(Enum):
-    """What it means that a part of the way was not seen, or not lately."""
-
-    BLOCKED = "blocked"
-    SLOW = "slow"
-    """It may be driven into, but slowly."""
-    CLEAR = "clear"
 
 
 class PathEnd(Enum):

@@ -4,13 +4,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from echogrid.drivers.readings import Outcome, RangeReading
-from echogrid.mapping.free_path import FreePath, PathEnd, PathSensor, Unknown
+from echogrid.mapping.free_path import FreePath, PathEnd, PathSensor
 from echogrid.mapping.latency import Latency
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.placed_ping import PlacedPing
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.stop_layer import StopLayer
 from echogrid.mapping.twist import Twist
+from echogrid.mapping.unknown import Unknown
 from echogrid.mapping.verification import Believer, Verifier, heard_at
 from echogrid.mapping.virtual_sensor import ObstacleView, StopReason, VirtualSensor
 

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from echogrid.mapping.bayes import MILLI
-from echogrid.mapping.free_path import STANDING, UNSEEN, FreePath, Unknown
+from echogrid.mapping.free_path import STANDING, UNSEEN, FreePath
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.mapping.twist import Twist
+from echogrid.mapping.unknown import Unknown
 
 _ROUNDING = 1e-9
 """rad: a sector on the border of "ahead" is ahead on both sides."""

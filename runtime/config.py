@@ -7,11 +7,11 @@ from math import radians
 from typing import Any, Literal
 
 from echogrid.mapping.footprint import Footprint
-from echogrid.mapping.free_path import Unknown
 from echogrid.mapping.kinematics import Differential, Tricycle, Wheels
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sonar_model import MAX_OCCUPIED, NoEcho
+from echogrid.mapping.unknown import Unknown
 from echogrid.mapping.verification import AGREEMENT
 
 

@@ -1,7 +1,6 @@
 """What a local grid says to a robot that must not hit anything: certainties, and what is not known."""
 
 from dataclasses import dataclass
-from enum import Enum
 from math import cos, inf, sin
 
 import numpy as np
@@ -11,20 +10,12 @@ from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.steering.sectors import Floats, Indices, Mask, ring_sum
 from echogrid.mapping.steering.window import Window
+from echogrid.mapping.unknown import Unknown
 
 MOST = 15
 """The highest certainty, as in HIMM."""
 _SURE = 2000
 """Milli-nats at which the local grid's log-odds are clamped: the highest certainty."""
-
-
-class Unknown(Enum):
-    """What becomes of a direction of which too little is known."""
-
-    BLOCKED = "blocked"
-    SLOW = "slow"
-    """It may be driven, slowly, and others are preferred."""
-    CLEAR = "clear"
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,8 @@ from math import ceil
 from struct import Struct
 from zlib import crc32
 
-from echogrid.mapping.free_path import PathEnd, Unknown
+from echogrid.mapping.free_path import PathEnd
+from echogrid.mapping.unknown import Unknown
 from echogrid.mapping.virtual_sensor import ObstacleView, Sector, SectorState
 from echogrid.runtime.outputs.quantities import REASONS, bearing, millimetres, milliseconds
 

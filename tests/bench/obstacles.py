@@ -13,12 +13,13 @@ from tests.bench.stopwatch import REPEATS, Row, least_us
 from tests.mapping import naive_sensor
 
 from echogrid.mapping.footprint import Footprint
-from echogrid.mapping.free_path import PathSensor, PathSight, Unknown
+from echogrid.mapping.free_path import PathSensor, PathSight
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sonar_model import NoEcho
 from echogrid.mapping.twist import Twist
+from echogrid.mapping.unknown import Unknown
 from echogrid.mapping.virtual_sensor import ObstacleView, Sight, VirtualSensor
 from echogrid.runtime.outputs.beacon import Beacon
 from echogrid.runtime.outputs.binary import datagram

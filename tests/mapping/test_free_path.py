@@ -8,12 +8,13 @@ from pytest import approx
 
 from echogrid.mapping.braking import Brakes, stopping_distance
 from echogrid.mapping.footprint import Footprint
-from echogrid.mapping.free_path import FreePath, PathEnd, PathSensor, PathSight, Unknown
+from echogrid.mapping.free_path import FreePath, PathEnd, PathSensor, PathSight
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.sonar_model import NoEcho
 from echogrid.mapping.swept_path import fastest
 from echogrid.mapping.twist import Twist
+from echogrid.mapping.unknown import Unknown
 
 from . import naive_sensor
 from .outlines import BOX, ELL, TEE, outlines

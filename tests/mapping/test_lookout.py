@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from pytest import approx
 
 from echogrid.drivers.readings import Outcome, RangeReading
-from echogrid.mapping.free_path import STANDING, PathEnd, PathSensor, PathSight, Unknown
+from echogrid.mapping.free_path import STANDING, PathEnd, PathSensor, PathSight
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.lookout import Lookout, Readers
 from echogrid.mapping.pose import Pose
@@ -15,6 +15,7 @@ from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sonar_model import NoEcho
 from echogrid.mapping.stop_layer import StopLayer, StopZone
 from echogrid.mapping.twist import Twist
+from echogrid.mapping.unknown import Unknown
 from echogrid.mapping.verification import Believer
 from echogrid.mapping.virtual_sensor import ObstacleView, Sight, StopReason, VirtualSensor
 

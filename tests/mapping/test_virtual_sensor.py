@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pytest import approx
 
-from echogrid.mapping.free_path import Unknown
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.mapping.sonar_model import NoEcho
+from echogrid.mapping.unknown import Unknown
 from echogrid.mapping.virtual_sensor import (
     ObstacleView,
     SectorState,

@@ -5,8 +5,9 @@ from math import inf, pi
 
 from hypothesis import strategies as st
 
-from echogrid.mapping.free_path import FreePath, PathEnd, Unknown
+from echogrid.mapping.free_path import FreePath, PathEnd
 from echogrid.mapping.twist import Twist
+from echogrid.mapping.unknown import Unknown
 from echogrid.mapping.virtual_sensor import ObstacleView, Sector, SectorState, StopReason
 
 CLEAR = ObstacleView(

@@ -12,8 +12,9 @@ from pytest import approx
 from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.mapping.steering.decision import Decision, Why
 from echogrid.mapping.steering.goal import Goal, ahead, towards
-from echogrid.mapping.steering.obstacles import Belief, Obstacles, Unknown
+from echogrid.mapping.steering.obstacles import Belief, Obstacles
 from echogrid.mapping.steering.window import Window
+from echogrid.mapping.unknown import Unknown
 
 from .scenes import (
     METHODS,

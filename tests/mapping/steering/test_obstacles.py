@@ -10,8 +10,9 @@ from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sonar_model import NoEcho
-from echogrid.mapping.steering.obstacles import Belief, Obstacles, Unknown, certainties
+from echogrid.mapping.steering.obstacles import Belief, Obstacles, certainties
 from echogrid.mapping.steering.window import Body, Window
+from echogrid.mapping.unknown import Unknown
 
 from .scenes import (
     BODY,

@@ -9,9 +9,10 @@ from pytest import approx
 from echogrid.mapping.pose import wrap_angle
 from echogrid.mapping.steering.decision import Why
 from echogrid.mapping.steering.goal import Goal
-from echogrid.mapping.steering.obstacles import Belief, Obstacles, Unknown
+from echogrid.mapping.steering.obstacles import Belief, Obstacles
 from echogrid.mapping.steering.turning import out_of_reach
 from echogrid.mapping.steering.vfh_plus import Costs, VfhPlus, VfhPlusNumbers, directions
+from echogrid.mapping.unknown import Unknown
 
 from .scenes import (
     LIMITS,
