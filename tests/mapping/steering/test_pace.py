@@ -1,3 +1,4 @@
+from dataclasses import replace
 from math import pi, radians
 
 import pytest
@@ -60,18 +61,28 @@ def test_a_wish_is_within_the_limits_and_never_backwards(
     assert abs(wish.turn_rate) <= limits.turn_rate
 
 
-@given(METHODS, worlds, headings, headings)
+@given(st.integers(3, 10), st.integers(-2, 2), st.floats(-0.3, 0.3), st.floats(-0.3, 0.3))
 def test_the_robot_can_always_stop_before_it_touches(
-    name: str, world: list[Cell], yaw: float, bearing: float
+    away: int, aside: int, yaw: float, heading: float
 ) -> None:
     """v t + v^2/2a is within the clearance, less the margin, of where it drives now and of where it will."""
-    view, decision = view_of(world, facing(yaw)), decided(world, yaw, bearing, name)
+    view = view_of([(aside, away, 2000)], facing(yaw))
+    decision = replace(decided([], yaw, heading), heading=heading)
     speed = Pace(LIMITS).wish(view, decision).speed
-    if speed > 0.0:
-        assert decision.heading is not None
-        needs = speed * Manner().latency_s + speed**2 / (2.0 * LIMITS.acceleration)
-        assert needs <= view.clearance(yaw) - BODY.margin + 1e-9
-        assert needs <= view.clearance(decision.heading) - BODY.margin + 1e-9
+    room = min(view.clearance(yaw), view.clearance(heading)) - BODY.margin
+    needs = speed * Manner().latency_s + speed**2 / (2.0 * LIMITS.acceleration)
+    assert needs <= max(room, 0.0) + 1e-9
+
+
+def test_what_stands_ahead_slows_a_robot_that_is_to_turn_away_from_it() -> None:
+    view, decision = view_of([(0, 3, 2000)]), decided([], 0.0, 0.8)
+    assert Pace(LIMITS).wish(view, decision).speed < Pace(LIMITS).wish(view_of([]), decision).speed
+
+
+def test_between_the_robot_and_what_it_stops_for_its_margin_stays() -> None:
+    view, decision = view_of([(0, 3, 2000)]), decided([], 0.0, 0.0)
+    assert view.clearance(0.0) == approx(BODY.margin)
+    assert Pace(LIMITS).wish(view, decision).speed == approx(0.0, abs=1e-9)
 
 
 @given(st.floats(0.0, 50.0), limits)

@@ -116,6 +116,15 @@ def test_what_was_shut_for_want_of_knowledge_is_open_as_soon_as_it_is_known() ->
     assert steering.steer(reader.view(local_grid([]), MIDDLE, NOW), 0.0, Goal(0.5)).heading == 0.5
 
 
+def test_hysteresis_does_not_hold_on_to_what_was_only_shut() -> None:
+    """Its density lies between the thresholds: neither blocked by it nor freed by it."""
+    steering = VfhPlus(WINDOW, LIMITS, VfhPlusNumbers(blocking=0.8, freeing=1.2))
+    reader, world = Obstacles(WINDOW, Belief(Unknown.BLOCKED)), [(0, 10, 2000)]
+    for seen_ns, blocked in ((0, True), (NOW, False)):
+        view = reader.view(local_grid(world, seen_ns), MIDDLE, NOW)
+        assert bool(steering.steer(view, 0.0, Goal(0.0)).polar.blocked[0]) is blocked
+
+
 def test_the_previous_choice_keeps_the_robot_on_its_side_of_an_obstacle() -> None:
     steering = VfhPlus(WINDOW, LIMITS)
     block = wall(8, -2, 2)
