@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 ARGS ?=
 CODE := src/echogrid/*/ src tests hil_tests examples
 
-.PHONY: run test check fuzz bench faults hil evaluate learn figures lock clean
+.PHONY: run test check fuzz bench faults hil evaluate trial trials learn figures lock clean
 
 run: $(VENV)/run-ready
 	$(BIN)/echogrid run $(ARGS)
@@ -42,6 +42,14 @@ hil: $(VENV)/test-ready
 ROBOND ?= ../shared/data/udacity
 evaluate: $(VENV)/run-ready
 	$(BIN)/echogrid evaluate $(if $(wildcard $(ROBOND)),--robond $(ROBOND)) $(ARGS)
+
+# Pilots that drive by what they sense, and what they run into (docs/trials.md): a short look of some minutes,
+# or all of it, which goes on where it was broken off.
+trial: $(VENV)/run-ready
+	$(BIN)/echogrid trial --seeds 2 --failures out/trial-failures $(ARGS)
+
+trials: $(VENV)/run-ready
+	$(BIN)/echogrid trial --seeds 50 --results out/trials.jsonl --failures out/trial-failures $(ARGS)
 
 # The numbers of the networks that judge evidence, learned anew in the worlds made for it (minutes).
 learn: $(VENV)/test-ready

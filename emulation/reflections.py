@@ -36,6 +36,8 @@ class Listener:
         self._detector = Detector(transducer.sensitivity, rng)
         faintest = self._detector.faintest
         self._ears = [ear(transducer, faintest - BOUNCE_LOSS * bounces) for bounces in range(_BOUNCES + 1)]
+        self._glimpse = self._moment.world.everything
+        """What may be met from where it listens now."""
 
     def hear(
         self, pose: Pose, on_contact: Callable[[float], Pose] | None = None, time_s: float = 0.0
@@ -60,11 +62,12 @@ class Listener:
     def _first_order(self, pose: Pose) -> tuple[Station, list[Reflector]]:
         """What may return directly."""
         station = Station.at(pose)
-        return station, direct(self._moment, station, self._ears[0])
+        self._glimpse = self._moment.glimpse_at(*pose, self._ears[0])
+        return station, direct(self._moment.world, self._glimpse, station, self._ears[0])
 
     def _first_contact(self, station: Station, reflectors: Sequence[Reflector]) -> float:
         """Distance, m, of the nearest direct echo without noise; inf if there is none."""
-        vista, place = self._moment.vista_at(station.x, station.y), (station.x, station.y)
+        vista, place = self._glimpse, (station.x, station.y)
         for x, y, distance, loss, _ in sorted(reflectors, key=_DISTANCE):
             if loss <= self._detector.sensitivity and vista.clear(place, (x, y)):
                 return distance
@@ -76,7 +79,7 @@ class Listener:
         Edges and posts are left out: what they return on such a way is lost in the clutter.
         """
         route = _Route((Station.at(pose),), ())
-        turning, vista = pose[:2], self._moment.vista_at(*pose[:2])
+        turning, vista = pose[:2], self._glimpse
         for allowed in self._ears[1:]:
             _, _, ray_x, ray_y = route.stations[-1]
             distance, index = vista.cast(turning, (ray_x, ray_y))
@@ -109,7 +112,7 @@ class Listener:
             if turning is None or not self._moment.vista_of(wall.number).clear(turning, target):
                 return False
             target = turning
-        return self._moment.vista_at(origin.x, origin.y).clear(origin[:2], target)
+        return self._glimpse.clear(origin[:2], target)
 
 
 def echoes(

@@ -10,7 +10,7 @@ from echogrid.emulation.acoustics import beam_loss, cylinder_loss, edge_loss, ro
 from echogrid.emulation.ear import Ear
 from echogrid.emulation.scene import Kind
 from echogrid.emulation.vista import TOUCH, Notch, Post, Vista, Wall
-from echogrid.emulation.world import Moment, World
+from echogrid.emulation.world import World
 
 Pose = tuple[float, float, float]
 """x, y (m), yaw (rad), map frame."""
@@ -50,9 +50,8 @@ _Source = tuple[float, float, float, Kind]
 axis, and its kind."""
 
 
-def direct(moment: Moment, station: Station, ear: Ear) -> list[Reflector]:
-    """All that the ear may hear from a station."""
-    vista = moment.vista_at(station.x, station.y)
+def direct(world: World, vista: Vista, station: Station, ear: Ear) -> list[Reflector]:
+    """All that the ear may hear from a station, by the glimpse that it has from there."""
     sources = [
         *_planes(vista.smooth, station, ear.reach),
         *_corners(vista.corners, station, ear),
@@ -61,7 +60,7 @@ def direct(moment: Moment, station: Station, ear: Ear) -> list[Reflector]:
     ]
     heard = _heard(sources, station, ear)
     in_fan = [wall.number for wall in vista.rough if _in_fan(wall, station, ear)]
-    return heard + _facets(moment.world, in_fan, station, ear) if in_fan else heard
+    return heard + _facets(world, in_fan, station, ear) if in_fan else heard
 
 
 def specular(vista: Vista, station: Station, ear: Ear) -> list[Reflector]:

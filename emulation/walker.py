@@ -26,10 +26,13 @@ class Walker:
     """m: 0.2 to 0.25."""
     softness: float = 12.0
     """dB that clothes take from the echo: 10 to 15."""
+    _legs: tuple[tuple[Point, Point], ...] = field(init=False, repr=False)
     _reached: tuple[float, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        ways = (hypot(bx - ax, by - ay) for (ax, ay), (bx, by) in self._legs())
+        legs = tuple(zip(self.waypoints, [*self.waypoints[1:], self.waypoints[0]], strict=True))
+        ways = (hypot(bx - ax, by - ay) for (ax, ay), (bx, by) in legs)
+        object.__setattr__(self, "_legs", legs)
         object.__setattr__(self, "_reached", tuple(accumulate(ways, initial=0.0)))
 
     @property
@@ -42,9 +45,6 @@ class Walker:
         gone = (self.start + self.speed * time_s) % self.lap_length
         index = min(bisect_right(self._reached, gone), len(self.waypoints)) - 1
         before, after = self._reached[index : index + 2]
-        (ax, ay), (bx, by) = self._legs()[index]
+        (ax, ay), (bx, by) = self._legs[index]
         share = (gone - before) / (after - before)
         return Post(ax + share * (bx - ax), ay + share * (by - ay), self.radius, self.softness)
-
-    def _legs(self) -> list[tuple[Point, Point]]:
-        return list(zip(self.waypoints, [*self.waypoints[1:], self.waypoints[0]], strict=True))

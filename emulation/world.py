@@ -4,12 +4,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import compress
-from math import ceil, floor
+from math import ceil, floor, hypot, tau
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from echogrid.emulation.ear import Ear
+from echogrid.emulation.glimpse import SECTORS, View, glimpse
 from echogrid.emulation.notches import find_notches
 from echogrid.emulation.vista import TOUCH, Barrier, Notch, Post, Vista, Wall
 from echogrid.emulation.walker import Walker
@@ -21,6 +23,7 @@ IntArray = NDArray[np.intp]
 _QUARTER_TURN = np.array(((0.0, 1.0), (-1.0, 0.0)))
 _CELL = 0.5
 """m: the floor is cut into squares, and what can be seen from each is found when it is first asked for."""
+_PER_SECTOR = SECTORS / tau
 _UNIT_SQUARE = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)))
 _PARALLEL = 1e-12
 _FACET = 0.1
@@ -100,6 +103,20 @@ class World:
             vista = self._vistas[cell] = self.everything.seen_from(corners)
         return vista
 
+    def glimpse_at(self, x: float, y: float, yaw: float, ear: Ear) -> Vista:
+        """What of it an ear that looks in a direction, rad, may meet."""
+        key = floor(x / _CELL), floor(y / _CELL), floor(yaw * _PER_SECTOR) % SECTORS
+        glimpses = self._glimpses.get(ear)
+        if glimpses is None:
+            glimpses = self._glimpses[ear] = {}
+        seen = glimpses.get(key)
+        if seen is None:
+            col, row, sector = key
+            middle = (col + 0.5) * _CELL, (row + 0.5) * _CELL
+            view = View(*middle, hypot(0.5, 0.5) * _CELL, sector)
+            seen = glimpses[key] = glimpse(self.vista_at(*middle), view, ear)
+        return seen
+
     def vista_of(self, wall: int) -> Vista:
         """What may be seen from a wall."""
         vista = self._wall_vistas.get(wall)
@@ -126,6 +143,10 @@ class World:
 
     @cached_property
     def _facets(self) -> dict[int, tuple[Notch, ...]]:
+        return {}
+
+    @cached_property
+    def _glimpses(self) -> dict[Ear, dict[tuple[int, int, int], Vista]]:
         return {}
 
     @cached_property
@@ -203,6 +224,10 @@ class Moment(NamedTuple):
     def vista_at(self, x: float, y: float) -> Vista:
         """What may be seen from around a place, and everybody."""
         return self._peopled(self.world.vista_at(x, y))
+
+    def glimpse_at(self, x: float, y: float, yaw: float, ear: Ear) -> Vista:
+        """What of it an ear that looks in a direction, rad, may meet, and everybody."""
+        return self._peopled(self.world.glimpse_at(x, y, yaw, ear))
 
     def vista_of(self, wall: int) -> Vista:
         """What may be seen from a wall, and everybody."""

@@ -21,6 +21,7 @@ from echogrid.runtime.commands import (
     scan,
     schedule,
     set_address,
+    trial,
 )
 from echogrid.runtime.errors import UsageError
 
@@ -38,6 +39,7 @@ _COMMANDS = (
     fault,
     evaluate,
     explain,
+    trial,
 )
 
 

@@ -1,0 +1,99 @@
+"""Where a robot starts, where it is sent, and how long the shortest way there is."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+from math import hypot, pi
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
+
+from echogrid.emulation.floor_plan import Rectangle
+from echogrid.emulation.reflectors import Pose
+from echogrid.emulation.shortest_path import Cell, Floor, traced
+from echogrid.emulation.vista import Point
+from echogrid.emulation.worlds.arena import Arena
+from echogrid.emulation.worlds.arenas import ARENAS
+
+GOAL_M = 0.4
+"""From the goal: within it the robot, which knows its place by its wheels alone, is there."""
+MARGIN_M = 0.05
+"""What the shortest way keeps between the robot and all things."""
+_SHORTEST_M, _LONGEST_M = 6.0, 25.0
+"""Where any place may be the goal."""
+_FROM_PEOPLE_M = 1.0
+"""At the start."""
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """A task."""
+
+    arena: Arena
+    start: Pose
+    goal: Point
+    shortest: float
+    """m: of the shortest way that comes within GOAL_M of the goal."""
+    begins_s: float
+    """The world's own time at the start: people are somewhere on their ways."""
+
+
+@lru_cache(maxsize=32)
+def arena_of(world: str) -> Arena:
+    """The world of that name; what is found out about it is kept for the next drive."""
+    return ARENAS[world]()
+
+
+@lru_cache(maxsize=32)
+def _plan(world: str, radius: float) -> tuple[Floor, NDArray[np.bool_]]:
+    """The floor, and which of it can be reached from its inside."""
+    arena = arena_of(world)
+    floor = Floor.of(arena.world, radius)
+    lengths, _ = floor.lengths_from(floor.cell(arena.inside))
+    return floor, np.isfinite(lengths)
+
+
+def course(world: str, seed: int, reach: float) -> Course:
+    """The task of a seed, for a robot of which nothing is farther than `reach` (m) from its middle."""
+    arena = arena_of(world)
+    floor, reachable = _plan(world, reach + MARGIN_M)
+    rng = np.random.default_rng((seed, crc32(world.encode())))
+    begins_s = float(rng.uniform(0.0, 60.0))
+    people = [walker.at(begins_s) for walker in arena.world.walkers]
+    starts = [
+        cell
+        for cell in _cells(floor, reachable, arena.starts)
+        if all(
+            _apart(floor.middle(cell), (person.x, person.y)) > _FROM_PEOPLE_M + person.radius
+            for person in people
+        )
+    ]
+    start = starts[int(rng.integers(len(starts)))]
+    lengths, before = floor.lengths_from(start)
+    far_enough = np.isfinite(lengths)
+    if not arena.goals:
+        far_enough = (lengths >= _SHORTEST_M) & (lengths <= _LONGEST_M)
+    goals = list(_cells(floor, far_enough, arena.goals))
+    goal = goals[int(rng.integers(len(goals)))]
+    shortest = floor.tight([floor.middle(cell) for cell in traced(before, goal)]) - GOAL_M
+    yaw = float(rng.uniform(-pi, pi))
+    return Course(arena, (*floor.middle(start), yaw), floor.middle(goal), shortest, begins_s)
+
+
+def _cells(floor: Floor, chosen: NDArray[np.bool_], where: Iterable[Rectangle]) -> list[Cell]:
+    """The chosen cells in one of the rectangles; all, if there is none."""
+    cells = [(int(row), int(col)) for row, col in np.argwhere(chosen)]
+    rectangles = list(where)
+    if not rectangles:
+        return cells
+    return [cell for cell in cells if any(_within(floor.middle(cell), each) for each in rectangles)]
+
+
+def _within(point: Point, rectangle: Rectangle) -> bool:
+    x0, y0, x1, y1 = rectangle
+    return x0 <= point[0] <= x1 and y0 <= point[1] <= y1
+
+
+def _apart(one: Point, other: Point) -> float:
+    return hypot(one[0] - other[0], one[1] - other[1])

@@ -1,0 +1,92 @@
+"""Pilots that steer by the local grid: VFF, VFH and VFH+, each held to what the free path allows."""
+
+from collections.abc import Callable
+from math import cos, pi, sin
+
+from echogrid.mapping.braking import Brakes
+from echogrid.mapping.footprint import Footprint
+from echogrid.mapping.free_path import PathSensor, PathSight
+from echogrid.mapping.local_grid import LocalGrid
+from echogrid.mapping.placed_ping import PlacedPing
+from echogrid.mapping.pose import Pose
+from echogrid.mapping.steering.decision import Steering
+from echogrid.mapping.steering.goal import towards
+from echogrid.mapping.steering.limits import Limits
+from echogrid.mapping.steering.navigator import Moment, Navigator
+from echogrid.mapping.steering.obstacles import Belief, Obstacles
+from echogrid.mapping.steering.vff import Vff
+from echogrid.mapping.steering.vfh import Vfh
+from echogrid.mapping.steering.vfh_plus import VfhPlus
+from echogrid.mapping.steering.window import Body, Window
+from echogrid.mapping.twist import Twist
+from echogrid.mapping.unknown import Unknown
+from echogrid.runtime.trials.pilot import STANDING, Robot
+
+Way = Callable[[Window, Limits], Steering]
+
+_ARRIVED = 0.15
+"""m: then it stops."""
+_CORNERS = 36
+"""Of the outline that stands for the round robot; it lies outside the circle."""
+_MARGIN = 0.05
+"""m that is kept from obstacles."""
+_TURN_ACCELERATION = 3.0
+"""rad/s^2."""
+
+
+class Steered:
+    """A way of steering, and the robot's own limits."""
+
+    def __init__(self, way: Way, robot: Robot) -> None:
+        self._way = way
+        self._robot = robot
+        self._limits = Limits(robot.speed, robot.turn_rate, robot.acceleration, _TURN_ACCELERATION)
+        self._navigator: Navigator | None = None
+
+    def hear(self, ping: PlacedPing) -> None:
+        """The grid has it."""
+
+    def step(self, now_ns: int, local: LocalGrid, pose: Pose, twist: Twist, goal: Pose) -> Twist:
+        """As the navigator says, until the goal is reached."""
+        there = towards(pose, goal.x, goal.y)
+        if there.distance < _ARRIVED:
+            return STANDING
+        if self._navigator is None:
+            self._navigator = self._made(local)
+        moment = Moment(now_ns, pose, twist)
+        return self._navigator.steer(local, moment, there, self._robot.period_s, self._latency_s).twist
+
+    @property
+    def _latency_s(self) -> float:
+        """A round of pings, and two steps."""
+        return 0.15 + 2.0 * self._robot.period_s
+
+    def _made(self, local: LocalGrid) -> Navigator:
+        robot, geometry = self._robot, local.geometry
+        window = Window(geometry.resolution, geometry.rows, Body(robot.radius, _MARGIN))
+        outer = robot.radius / cos(pi / _CORNERS)
+        around = [2.0 * pi * (k + 0.5) / _CORNERS for k in range(_CORNERS)]
+        footprint = Footprint([(outer * cos(angle), outer * sin(angle)) for angle in around])
+        sight = PathSight(
+            brakes=Brakes(robot.acceleration, _MARGIN),
+            unknown=Unknown.SLOW,
+            most=Twist(robot.speed, robot.turn_rate),
+        )
+        path = PathSensor(footprint, sight, geometry.resolution, geometry.rows)
+        obstacles = Obstacles(window, Belief(unknown=Unknown.SLOW))
+        return Navigator(self._way(window, self._limits), obstacles, path, self._limits)
+
+
+def vff(robot: Robot) -> Steered:
+    """Virtual forces (1989)."""
+    return Steered(lambda _window, _limits: Vff(), robot)
+
+
+def vfh(robot: Robot) -> Steered:
+    """The vector field histogram (1991)."""
+    return Steered(lambda window, _limits: Vfh(window), robot)
+
+
+def vfh_plus(robot: Robot) -> Steered:
+    """VFH+ (1998)."""
+    return Steered(VfhPlus, robot)
