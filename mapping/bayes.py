@@ -47,7 +47,7 @@ class BayesGrid:
         speaks = quantised != 0
         rows, cols = cone.rows[speaks], cone.cols[speaks]
         total = self.log_odds[rows, cols] + quantised[speaks]
-        self.log_odds[rows, cols] = np.clip(total, -self._limit, self._limit)
+        self.log_odds[rows, cols] = np.minimum(np.maximum(total, -self._limit), self._limit)
         self._seen[rows, cols] = True
         return rows, cols
 

@@ -65,12 +65,13 @@ def cast(geometry: GridGeometry, sounding: Sounding) -> Cone:
     patch = geometry.window(*_bounds(transducer, ranger.half_angle, reach, geometry.resolution))
     along, across = _sensor_frame(geometry, patch, transducer)
     squared = along * along + across * across
-    inside = _inside(along, np.abs(across), ranger.half_angle, geometry.resolution) & (
-        squared <= reach * reach
-    )
-    rows, cols = np.nonzero(inside)
-    distance = np.sqrt(squared[rows, cols])
-    bearing = np.abs(np.arctan2(across[rows, cols], along[rows, cols]))
+    inside = _inside(along, np.abs(across), ranger.half_angle, geometry.resolution)
+    inside &= squared <= reach * reach
+    # One-dimensional arrays are picked from several times as quickly as two-dimensional ones.
+    (chosen,) = inside.ravel().nonzero()
+    rows, cols = np.divmod(chosen, max(inside.shape[1], 1))
+    distance = np.sqrt(squared.ravel()[chosen])
+    bearing = np.abs(np.arctan2(across.ravel()[chosen], along.ravel()[chosen]))
     return Cone(
         patch,
         rows + patch[0].start,
@@ -87,18 +88,22 @@ def cast(geometry: GridGeometry, sounding: Sounding) -> Cone:
 
 def _inside(along: Floats, across: Floats, half_angle: float, resolution: float) -> NDArray[np.bool_]:
     """Within the cone, or within half a cell of its axis: a cone narrower than a cell still has no holes."""
-    result: NDArray[np.bool_] = (along > 0.0) & (
-        (across <= along * tan(half_angle)) | (across <= resolution / 2.0)
-    )
-    return result
+    inside: NDArray[np.bool_] = across <= np.maximum(along * tan(half_angle), resolution / 2.0)
+    inside &= along > 0.0
+    return inside
 
 
 def _sensor_frame(geometry: GridGeometry, patch: Patch, transducer: Pose) -> tuple[Floats, Floats]:
     """The patch's cell centres along and across the axis, m."""
-    dx = geometry.x_centres[patch[1]][np.newaxis, :] - transducer.x
-    dy = geometry.y_centres[patch[0]][:, np.newaxis] - transducer.y
+    dx = geometry.x + _middles(patch[1]) * geometry.resolution - transducer.x
+    dy = (geometry.y + _middles(patch[0]) * geometry.resolution - transducer.y)[:, np.newaxis]
     c, s = cos(transducer.yaw), sin(transducer.yaw)
     return c * dx + s * dy, c * dy - s * dx
+
+
+def _middles(part: slice) -> Floats:
+    """(n,) of the cells of a part, in cells."""
+    return np.arange(part.start, part.stop, dtype=np.float64) + 0.5
 
 
 def _bounds(
