@@ -92,7 +92,7 @@ class Drive:
 
         self.plant = Plant(world, self.rig.body, motors, self.course.start, lambda at: moment(at).people)
         outing = Outing(world, self.plant.pose_at, job.seed, -begins_ns)
-        troubles = Troubles(job.fault, job.seed, len(self.rig.seats))
+        troubles = Troubles(job, len(self.rig.seats))
         self._pinging = Pinging(self.rig, outing, troubles, crosstalk=job.crosstalk)
         self._detection = Detection(self.rig, outing, self.plant)
         self._encoders = Encoders(job.seed, wheel_radius=motors.wheel_radius)
@@ -219,4 +219,12 @@ def _as_known(rig: Rig) -> Robot:
     motors = rig.drive
     rangers = tuple(seat.ranger for seat in rig.seats)
     period_s = CONTROL_NS / SECOND_NS
-    return Robot(rig.body.reach, rangers, motors.speed, motors.turn_rate, motors.acceleration, period_s)
+    return Robot(
+        radius=rig.body.reach,
+        rangers=rangers,
+        speed=motors.speed,
+        turn_rate=motors.turn_rate,
+        acceleration=motors.acceleration,
+        turn_acceleration=motors.turn_acceleration,
+        period_s=period_s,
+    )

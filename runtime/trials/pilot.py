@@ -38,6 +38,8 @@ class Robot:
     """rad/s, at most."""
     acceleration: float
     """m/s^2."""
+    turn_acceleration: float
+    """rad/s^2."""
     period_s: float
     """From step to step."""
 

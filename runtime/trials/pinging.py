@@ -79,9 +79,13 @@ class Pinging:
             return None
         heard = trouble is not Trouble.SILENT and bool(echoes)
         reading = self._reading(seat, echoes[0].distance if heard else inf, fire_ns)
-        if trouble is not Trouble.STUCK:
-            return reading
-        first = self._stuck.setdefault(index, reading)
+        return self._stuck_on(index, reading) if trouble is Trouble.STUCK else reading
+
+    def _stuck_on(self, index: int, reading: RangeReading) -> RangeReading:
+        """The first echo, whatever is heard now; the truth before it."""
+        if reading.outcome is Outcome.ECHO:
+            self._stuck.setdefault(index, reading)
+        first = self._stuck.get(index, reading)
         return RangeReading(reading.stamp_ns, 0, first.sensor, first.outcome, first.distance)
 
     def _reading(self, seat: Seat, distance: float, fire_ns: int) -> RangeReading:

@@ -2,8 +2,11 @@
 
 from collections.abc import Mapping
 from enum import Enum
+from zlib import crc32
 
 import numpy as np
+
+from echogrid.runtime.trials.job import Job
 
 _LOST = 0.3
 """The part of the readings that get lost on a bus with dropouts."""
@@ -15,7 +18,7 @@ class Trouble(Enum):
     DEAD = "dead"
     """It does not fire, and says nothing."""
     STUCK = "stuck"
-    """It says again and again what it heard first."""
+    """It says its first echo again and again."""
     SILENT = "silent"
     """It says that it hears nothing."""
     DROPOUTS = "dropouts"
@@ -33,11 +36,11 @@ FAULTS: Mapping[str, tuple[Trouble | None, int]] = {
 
 
 class Troubles:
-    """Which ranger fails how; who it is, and which readings are lost, follows from the seed."""
+    """Which ranger fails how; who it is, and which readings are lost, follows from world and seed."""
 
-    def __init__(self, fault: str, seed: int, seats: int) -> None:
-        trouble, count = FAULTS[fault]
-        self._rng = np.random.default_rng((seed, 99))
+    def __init__(self, job: Job, seats: int) -> None:
+        trouble, count = FAULTS[job.fault]
+        self._rng = np.random.default_rng((job.seed, crc32(job.world.encode()), 99))
         first = int(self._rng.integers(seats))
         struck = [(first + more) % seats for more in range(count or seats)]
         self._of: dict[int, Trouble] = dict.fromkeys(struck, trouble) if trouble else {}

@@ -13,7 +13,7 @@ from echogrid.runtime.emulated import DEFAULT_ROBOT
 
 from . import recordings
 
-COMMANDS = ("run", "map", "schedule", "scan", "read", "emulate", "fault", "compare", "evaluate")
+COMMANDS = ("run", "map", "schedule", "scan", "read", "emulate", "fault", "compare", "evaluate", "trial")
 OUTPUTS = {"map.yaml", "map.pgm", "map.png", "map.npz", "trajectory.tum", "report.json"}
 LONG_S = 60.0
 Told = Callable[..., tuple[int, str, str]]

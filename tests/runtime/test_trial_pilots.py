@@ -13,7 +13,7 @@ from echogrid.runtime.trials.pilot import STANDING, Robot
 from echogrid.runtime.trials.rigs import RIGS
 from echogrid.runtime.trials.simple_pilots import Blind, SingleScan
 
-ROBOT = Robot(0.22, (), 0.5, 1.5, 0.5, 0.05)
+ROBOT = Robot(0.22, (), 0.5, 1.5, 0.5, 3.0, 0.05)
 LOCAL = RIGS["ring-16"]().local_grid()
 GOAL = Pose(5.0, 0.0)
 HERE = Pose()
