@@ -8,6 +8,7 @@ from echogrid.mapping.steering.sectors import Floats, Indices, Mask
 from echogrid.mapping.steering.window import Window
 
 _ROUNDING = 1e-9
+"""rad: what stands straight ahead stands on both sides, however the angles were rounded."""
 
 
 def out_of_reach(window: Window, hits: Indices, yaw: float, radius: float) -> Mask:
@@ -23,11 +24,12 @@ def out_of_reach(window: Window, hits: Indices, yaw: float, radius: float) -> Ma
     reach = (radius + window.keep) ** 2
     in_left = (x - east) ** 2 + (y - north) ** 2 < reach
     in_right = (x + east) ** 2 + (y + north) ** 2 < reach
-    left = float(np.min(aside, where=in_left & (aside >= 0.0), initial=pi))
-    right = float(np.max(aside, where=in_right & (aside <= 0.0), initial=-pi))
+    left = float(np.min(aside, where=in_left & (aside >= -_ROUNDING), initial=pi))
+    right = float(np.max(aside, where=in_right & (aside <= _ROUNDING), initial=-pi))
     sectors = _wrapped(np.arange(window.sectors, dtype=np.float64) * (tau / window.sectors) - yaw)
     back = np.abs(sectors) > pi - _ROUNDING
-    return np.where(back, left < pi and right > -pi, (sectors > left) | (sectors < right))
+    beyond = (sectors > left + _ROUNDING) | (sectors < right - _ROUNDING)
+    return np.where(back, left < pi and right > -pi, beyond)
 
 
 def _wrapped(angles: Floats) -> Floats:

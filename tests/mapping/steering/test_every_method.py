@@ -5,7 +5,7 @@ from math import cos, isfinite, pi, sin, tau
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from pytest import approx
 
@@ -79,6 +79,7 @@ def test_a_world_a_quarter_round_turns_the_decision_with_it(
 
 
 @given(world=worlds, yaw=headings, bearing=headings, speed=speeds, sectors=st.integers(1, 71))
+@example(world=[(0, 3, 800)], yaw=0.0, bearing=0.0, speed=0.5, sectors=25)
 def test_a_world_some_sectors_round_turns_the_decision_with_it(
     name: str, world: list[Cell], yaw: float, bearing: float, speed: float, sectors: int
 ) -> None:
