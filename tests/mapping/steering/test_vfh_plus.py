@@ -166,7 +166,7 @@ def test_masks_are_those_of_the_turning_circles(world: list[Cell], yaw: float, r
             np.hypot(WINDOW.x[view.hits] - centre[0], WINDOW.y[view.hits] - centre[1]) - radius - WINDOW.keep
         )
         turns = [side * wrap_angle(float(b) - yaw) for b in WINDOW.bearing[view.hits]]
-        clashing = [turn for turn, g in zip(turns, gap, strict=True) if turn >= 0.0 and g < 0.0]
+        clashing = [turn for turn, g in zip(turns, gap, strict=True) if turn >= -1e-9 and g < 0.0]
         if np.any(np.abs(gap) < 1e-9) or any(abs(abs(turn) - pi) < 1e-6 for turn in turns):
             return
         limits[side] = min(clashing, default=pi)
