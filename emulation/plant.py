@@ -33,9 +33,9 @@ _SLACK = 1.1
 class Drive:
     """What the motors can do."""
 
-    speed: float = 0.5
+    speed: float = 0.78
     """m/s."""
-    acceleration: float = 0.5
+    acceleration: float = 0.8
     """m/s^2, and to slow down."""
     turn_rate: float = 1.57
     """rad/s."""

@@ -1,22 +1,25 @@
 """The local grid: a window that moves with the robot, forgets, and sees what moves."""
 
-from math import exp, floor
+from math import exp, floor, radians, tau
 
 import numpy as np
 from numpy.typing import NDArray
 
-from echogrid.mapping.bayes import BayesGrid
-from echogrid.mapping.cone import cast
+from echogrid.mapping.bayes import BayesGrid, Cells
+from echogrid.mapping.cone import Cone, cast
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.rolling import shifted
 from echogrid.mapping.sonar_model import Form, NoEcho
 from echogrid.mapping.sounding import Sounding
+from echogrid.mapping.walls import Walls
 
 _LIMIT = 2.0
 """nats: a few contrary pings turn a cell over."""
 _FADE_EVERY_NS = 250_000_000
+_ASIDE = radians(15.0)
+"""A smooth wall is heard at right angles: what answered one way is not gone because it is silent another."""
 
 
 class LocalGrid:
@@ -33,6 +36,9 @@ class LocalGrid:
         geometry = _window(self._corner, resolution, cells)
         self.grid = BayesGrid(geometry, _LIMIT, Form.CONSISTENT, no_echo)
         self.seen_ns: NDArray[np.int64] = np.zeros(geometry.shape, np.int64)
+        self._axis: NDArray[np.float64] = np.zeros(geometry.shape, np.float64)
+        """rad: from which direction each cell last answered."""
+        self._walls = Walls()
         self._tolerance = tolerance
         self._fade_s = fade_s
         self._faded_ns: int | None = None
@@ -56,6 +62,7 @@ class LocalGrid:
         self._corner = corner
         self.grid.move(_window(corner, geometry.resolution, geometry.rows), shift)
         self.seen_ns = shifted(self.seen_ns, shift)
+        self._axis = shifted(self._axis, shift)
 
     def fade(self, now_ns: int) -> None:
         """Let the evidence fade up to now: L <- L exp(-dt/tau), in steps of a quarter of a second."""
@@ -70,8 +77,32 @@ class LocalGrid:
         """Fuse a ping sent from `transducer` (odom frame)."""
         tolerance = self._tolerance if ranger.tolerance is None else ranger.tolerance
         cone = cast(self.geometry, Sounding(transducer, ranger, echo_distance, tolerance))
+        held = self._held(cone, transducer.yaw)
+        before = self.grid.log_odds[held]
         spoken = self.grid.fuse(cone)
+        self.grid.log_odds[held] = before
         self.seen_ns[spoken] = np.maximum(self.seen_ns[spoken], stamp_ns)
+        self._axis[cone.rows[cone.occupied], cone.cols[cone.occupied]] = transducer.yaw
+        if echo_distance is not None and (points := self._walls.ahead(transducer, ranger, echo_distance, stamp_ns)):
+            self._expect(points, transducer.yaw, stamp_ns)
+
+    def _expect(self, points, yaw, stamp_ns):
+        geometry = self.geometry
+        for x, y in points:
+            row, col = floor((y - geometry.y) / geometry.resolution), floor((x - geometry.x) / geometry.resolution)
+            if 0 <= row < geometry.rows and 0 <= col < geometry.cols:
+                self.grid.log_odds[row, col] = max(self.grid.log_odds[row, col], 1200)
+                self._axis[row, col] = yaw
+                self.seen_ns[row, col] = max(self.seen_ns[row, col], stamp_ns)
+
+    def _held(self, cone: Cone, yaw: float) -> Cells:
+        """The cone's cells that answered from another direction, from which this ping says nothing."""
+        rows, cols = cone.rows[~cone.occupied], cone.cols[~cone.occupied]
+        answered = self.grid.log_odds[rows, cols] > 0
+        rows, cols = rows[answered], cols[answered]
+        away = self._axis[rows, cols] - yaw
+        aside = np.abs(away - tau * np.rint(away / tau)) > _ASIDE
+        return rows[aside], cols[aside]
 
 
 def _window(corner: tuple[int, int], resolution: float, cells: int) -> GridGeometry:
