@@ -22,7 +22,7 @@ class Manner:
     """m/s: V_min, where there is room for it."""
     turn_from: float = radians(60.0)
     """If the heading is farther off, the robot turns in place..."""
-    turn_until: float = radians(20.0)
+    turn_until: float = radians(35.0)
     """...until it is no farther off than this."""
 
 
@@ -48,7 +48,7 @@ class Pace:
         rate = bounded(self._manner.gain * turn, self._limits.turn_rate)
         if self._turning:
             return Twist(0.0, rate)
-        full = self._limits.speed * decision.factor * (1.0 - abs(rate) / self._limits.turn_rate)
+        full = self._limits.speed * decision.factor * (1.0 - (rate / self._limits.turn_rate) ** 2)
         safe = self.stoppable(self._room(view, decision, decision.heading))
         return Twist(min(max(full, self._manner.creep), safe, self._limits.speed), rate)
 

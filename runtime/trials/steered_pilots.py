@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from math import cos, pi, sin
 
+from echogrid.mapping.approach import Approach
 from echogrid.mapping.braking import Brakes
 from echogrid.mapping.footprint import Footprint
 from echogrid.mapping.free_path import PathSensor, PathSight
@@ -28,6 +29,8 @@ _ARRIVED = 0.15
 """m: then it stops."""
 _CORNERS = 36
 """Of the outline that stands for the round robot; it lies outside the circle."""
+_REACH_S = 0.2
+"""Ahead of what the wheels say, which is a while late, so far the motors may be asked to come."""
 _MARGIN = 0.05
 """m that is kept from obstacles."""
 _TURN_ACCELERATION = 3.0
@@ -42,9 +45,11 @@ class Steered:
         self._robot = robot
         self._limits = Limits(robot.speed, robot.turn_rate, robot.acceleration, _TURN_ACCELERATION)
         self._navigator: Navigator | None = None
+        self._approach = Approach(robot.radius)
 
     def hear(self, ping: PlacedPing) -> None:
-        """The grid has it."""
+        """The grid has it; what comes nearer by itself is seen here."""
+        self._approach.take(ping)
 
     def step(self, now_ns: int, local: LocalGrid, pose: Pose, twist: Twist, goal: Pose) -> Twist:
         """As the navigator says, until the goal is reached."""
@@ -54,7 +59,9 @@ class Steered:
         if self._navigator is None:
             self._navigator = self._made(local)
         moment = Moment(now_ns, pose, twist)
-        return self._navigator.steer(local, moment, there, self._robot.period_s, self._latency_s).twist
+        wish = self._navigator.steer(local, moment, there, _REACH_S, self._latency_s).twist
+        cap = self._robot.acceleration * max(self._approach.seconds(now_ns) - 0.3, 0.0)
+        return wish if abs(wish.speed) <= cap else wish.times(cap / abs(wish.speed))
 
     @property
     def _latency_s(self) -> float:
