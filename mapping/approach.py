@@ -1,8 +1,10 @@
 """What comes nearer by itself: people, and other robots.
 
-A map of what stands says too late that something walks up to the robot: two echoes of one ranger tell it.
+A map of what stands tells of somebody who walks up to the robot when it is too late to stop; two echoes of
+one ranger tell it before, three for certain.
 """
 
+from dataclasses import dataclass
 from math import cos, hypot, inf, sin
 
 from echogrid.mapping.placed_ping import PlacedPing
@@ -13,48 +15,62 @@ _LATELY_NS = 400_000_000
 _SLOWEST, _FASTEST = 0.3, 2.0
 """m/s along a ranger's axis: what is slower may stand, what is quicker was another thing."""
 _TURNED = 0.15
-"""rad between two pings: beyond it a ranger looks at something else."""
+"""rad between two pings of a ranger: beyond that it looks at something else."""
+_SOON_S = 1.5
+"""What surely comes, and will be here within that, is met standing."""
+_HOLD_NS = 400_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class _Echo:
+    stamp_ns: int
+    transducer: Pose
+    distance: float
+    """m."""
+    comes: bool
+    """Whether it was nearer by itself than the one before."""
 
 
 class Approach:
-    """Remembers the last echo of each ranger, and when what moves will be here."""
+    """Remembers the last echo of each ranger, and when what moves will be at the robot."""
 
-    def __init__(self, radius: float, patience_s: float = 1.5, hold_ns: int = 400_000_000) -> None:
+    def __init__(self, radius: float) -> None:
+        """`radius` (m) is that of the robot around base_link."""
         self._radius = radius
-        self._patience_s = patience_s
-        self._hold_ns = hold_ns
-        self._last: dict[str, tuple[int, Pose, float, bool]] = {}
+        self._last: dict[str, _Echo] = {}
         self._met: list[tuple[int, float]] = []
+        """Until when each counts (ns), and the seconds that were left."""
 
     def take(self, ping: PlacedPing) -> None:
         """A ping with its place (odom frame)."""
-        distance, name, stamp_ns = heard_at(ping), ping.ranger.name, ping.reading.stamp_ns
-        before = self._last.pop(name, None)
+        distance, stamp_ns = heard_at(ping), ping.reading.stamp_ns
+        before = self._last.pop(ping.ranger.name, None)
         if distance is None:
             return
-        seconds = inf if before is None else self._seconds(before, ping, distance)
-        self._last[name] = stamp_ns, ping.transducer, distance, seconds < inf
+        seconds = inf if before is None else self._seconds_left(before, ping, distance)
+        self._last[ping.ranger.name] = _Echo(stamp_ns, ping.transducer, distance, seconds < inf)
         if before is None or seconds == inf:
             return
-        if before[3] and seconds < self._patience_s:
+        if before.comes and seconds < _SOON_S:
             seconds = 0.0
-        self._met = [each for each in self._met if each[0] > stamp_ns]
-        self._met.append((stamp_ns + self._hold_ns, seconds))
+        self._met = [met for met in self._met if met[0] > stamp_ns]
+        self._met.append((stamp_ns + _HOLD_NS, seconds))
 
-    def seconds(self, now_ns: int) -> float:
-        """s until something is where the robot is."""
-        return min((seconds for until_ns, seconds in self._met if until_ns > now_ns), default=inf)
+    def limit(self, now_ns: int, latency_s: float, deceleration: float) -> float:
+        """m/s from which the robot stands before what comes is there; inf if nothing does."""
+        left = min((seconds for until_ns, seconds in self._met if until_ns > now_ns), default=inf)
+        return deceleration * max(left - latency_s, 0.0)
 
-    def _seconds(self, before: tuple[int, Pose, float, bool], ping: PlacedPing, distance: float) -> float:
-        stamp_ns, there, former, _ = before
-        elapsed_ns, here = ping.reading.stamp_ns - stamp_ns, ping.transducer
+    def _seconds_left(self, before: _Echo, ping: PlacedPing, distance: float) -> float:
+        """s until it is here, if it comes; else inf."""
+        here, there = ping.transducer, before.transducer
+        elapsed_ns = ping.reading.stamp_ns - before.stamp_ns
         if not 0 < elapsed_ns <= _LATELY_NS or abs(wrap_angle(here.yaw - there.yaw)) > _TURNED:
             return inf
         own = (here.x - there.x) * cos(here.yaw) + (here.y - there.y) * sin(here.yaw)
-        closing = (former - distance) / (elapsed_ns * 1e-9)
-        moves = closing - own / (elapsed_ns * 1e-9)
+        closing = (before.distance - distance) * 1e9 / elapsed_ns
+        moves = closing - own * 1e9 / elapsed_ns
         if not _SLOWEST <= moves <= _FASTEST:
             return inf
-        mount = ping.ranger.mount
-        away = hypot(mount.x + distance * cos(mount.yaw), mount.y + distance * sin(mount.yaw)) - self._radius
-        return max(away, 0.0) / max(closing, moves)
+        echo = ping.ranger.mount.compose(Pose(distance))
+        return max(hypot(echo.x, echo.y) - self._radius, 0.0) / max(closing, moves)

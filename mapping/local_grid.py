@@ -20,6 +20,8 @@ _LIMIT = 2.0
 _FADE_EVERY_NS = 250_000_000
 _ASIDE = radians(15.0)
 """A smooth wall is heard at right angles: what answered one way is not gone because it is silent another."""
+_EXPECTED = 1200
+"""Milli-nats of a wall that is expected to go on: an obstacle, for some three seconds."""
 
 
 class LocalGrid:
@@ -27,6 +29,9 @@ class LocalGrid:
 
     Evidence fades with the time constant `fade_s`. `seen_ns` (rows, cols) holds when each cell was last
     spoken of, 0 if never.
+
+    What has answered a ranger is held against the silence of rangers that look there another way, and a wall
+    is expected to go on (walls.py): the echoes of smooth things come back at right angles only.
     """
 
     def __init__(
@@ -83,17 +88,19 @@ class LocalGrid:
         self.grid.log_odds[held] = before
         self.seen_ns[spoken] = np.maximum(self.seen_ns[spoken], stamp_ns)
         self._axis[cone.rows[cone.occupied], cone.cols[cone.occupied]] = transducer.yaw
-        if echo_distance is not None and (points := self._walls.ahead(transducer, ranger, echo_distance, stamp_ns)):
-            self._expect(points, transducer.yaw, stamp_ns)
+        if echo_distance is not None:
+            for x, y in self._walls.beyond(transducer, ranger, echo_distance, stamp_ns):
+                self._expect(x, y, transducer.yaw, stamp_ns)
 
-    def _expect(self, points, yaw, stamp_ns):
+    def _expect(self, x: float, y: float, yaw: float, stamp_ns: int) -> None:
+        """Take an obstacle for likely that nobody has heard yet."""
         geometry = self.geometry
-        for x, y in points:
-            row, col = floor((y - geometry.y) / geometry.resolution), floor((x - geometry.x) / geometry.resolution)
-            if 0 <= row < geometry.rows and 0 <= col < geometry.cols:
-                self.grid.log_odds[row, col] = max(self.grid.log_odds[row, col], 1200)
-                self._axis[row, col] = yaw
-                self.seen_ns[row, col] = max(self.seen_ns[row, col], stamp_ns)
+        row = floor((y - geometry.y) / geometry.resolution)
+        col = floor((x - geometry.x) / geometry.resolution)
+        if 0 <= row < geometry.rows and 0 <= col < geometry.cols:
+            self.grid.log_odds[row, col] = max(self.grid.log_odds[row, col], _EXPECTED)
+            self._axis[row, col] = yaw
+            self.seen_ns[row, col] = max(self.seen_ns[row, col], stamp_ns)
 
     def _held(self, cone: Cone, yaw: float) -> Cells:
         """The cone's cells that answered from another direction, from which this ping says nothing."""

@@ -181,7 +181,8 @@ class Drive:
     def _outcome(self, last_ns: int) -> str:
         """What became of it; nothing yet: ""."""
         now_ns, (x, y, yaw) = self.plant.now_ns, self.plant.pose
-        if hypot(x - self.course.goal[0], y - self.course.goal[1]) <= GOAL_M:
+        believed = self._odometry.pose
+        if hypot(believed.x - self._goal.x, believed.y - self._goal.y) <= GOAL_M:
             return "reached"
         since_ns, (from_x, from_y, _) = self._anchor
         if hypot(x - from_x, y - from_y) > _STUCK_M:
@@ -194,12 +195,14 @@ class Drive:
         plant, watch = self.plant, self._watch
         time_s = plant.now_ns * 1e-9
         least, low = watch.clearance()
+        x, y, _ = plant.pose
         return Verdict(
             outcome=outcome,
             time_s=time_s,
             travelled=plant.travelled,
             shortest=self.course.shortest,
             time_ratio=time_s / at_best_s,
+            goal_error=hypot(x - self.course.goal[0], y - self.course.goal[1]),
             least_clearance=least,
             low_clearance=low,
             near_misses=watch.near_misses,

@@ -9,6 +9,8 @@ from echogrid.mapping.footprint import Footprint
 from echogrid.mapping.free_path import PathSensor, PathSight
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.placed_ping import PlacedPing
+from echogrid.mapping.planning.planner import Planner, Planning
+from echogrid.mapping.planning.terrain import Prices
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.steering.decision import Steering
 from echogrid.mapping.steering.goal import towards
@@ -30,7 +32,7 @@ _ARRIVED = 0.15
 _CORNERS = 36
 """Of the outline that stands for the round robot; it lies outside the circle."""
 _REACH_S = 0.2
-"""Ahead of what the wheels say, which is a while late, so far the motors may be asked to come."""
+"""The wheels' own word is a while late: the motors are asked for what they can come to in that time."""
 _MARGIN = 0.05
 """m that is kept from obstacles."""
 _TURN_ACCELERATION = 3.0
@@ -40,12 +42,13 @@ _TURN_ACCELERATION = 3.0
 class Steered:
     """A way of steering, and the robot's own limits."""
 
-    def __init__(self, way: Way, robot: Robot) -> None:
+    def __init__(self, way: Way, robot: Robot, planner: Planner | None = None) -> None:
         self._way = way
         self._robot = robot
         self._limits = Limits(robot.speed, robot.turn_rate, robot.acceleration, _TURN_ACCELERATION)
         self._navigator: Navigator | None = None
         self._approach = Approach(robot.radius)
+        self._planner = planner
 
     def hear(self, ping: PlacedPing) -> None:
         """The grid has it; what comes nearer by itself is seen here."""
@@ -59,9 +62,11 @@ class Steered:
         if self._navigator is None:
             self._navigator = self._made(local)
         moment = Moment(now_ns, pose, twist)
-        wish = self._navigator.steer(local, moment, there, _REACH_S, self._latency_s).twist
-        cap = self._robot.acceleration * max(self._approach.seconds(now_ns) - 0.3, 0.0)
-        return wish if abs(wish.speed) <= cap else wish.times(cap / abs(wish.speed))
+        if self._planner is not None:
+            there = self._planner.aim(local, pose, now_ns, (goal.x, goal.y))
+        twist = self._navigator.steer(local, moment, there, _REACH_S, self._latency_s).twist
+        limit = self._approach.limit(now_ns, self._latency_s, self._robot.acceleration)
+        return twist if abs(twist.speed) <= limit else twist.times(limit / abs(twist.speed))
 
     @property
     def _latency_s(self) -> float:
@@ -97,3 +102,9 @@ def vfh(robot: Robot) -> Steered:
 def vfh_plus(robot: Robot) -> Steered:
     """VFH+ (1998)."""
     return Steered(VfhPlus, robot)
+
+
+def planned(robot: Robot) -> Steered:
+    """VFH+ towards the next stretch of a way that is planned over all that was seen so far."""
+    planning = Planning(radius=robot.radius, prices=Prices())
+    return Steered(VfhPlus, robot, Planner(planning))

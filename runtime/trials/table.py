@@ -22,6 +22,7 @@ _HEADS = (
     "mean speed, m/s",
     "success (without a collision)",
     "SPL",
+    "off the goal, m: mean / most",
     "stuck",
     "time ratio",
     "ping to command, ms: median / P99",
@@ -67,6 +68,8 @@ class Tally:
         clean = sum(not verdict.failed for verdict in verdicts)
         yield f"{100.0 * len(reached) / len(verdicts):.0f} % ({100.0 * clean / len(verdicts):.0f} %)"
         yield f"{fmean(verdict.spl for verdict in verdicts):.2f}"
+        off = [verdict.goal_error for verdict in reached]
+        yield f"{fmean(off):.2f} / {max(off):.2f}" if off else "-"
         yield f"{100.0 * sum(verdict.outcome == 'stuck' for verdict in verdicts) / len(verdicts):.0f} %"
         yield f"{fmean(verdict.time_ratio for verdict in reached):.2f}" if reached else "-"
         middle = fmean(verdict.latency_s[0] for verdict in verdicts)

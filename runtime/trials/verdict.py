@@ -47,6 +47,8 @@ class Verdict:
     """m: of the shortest way."""
     time_ratio: float
     """How many times as long it took as the shortest way at full speed."""
+    goal_error: float
+    """m: how far from the goal it was in truth when it was over."""
     least_clearance: float
     """m."""
     low_clearance: float

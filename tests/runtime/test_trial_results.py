@@ -22,6 +22,7 @@ VERDICT = Verdict(
     travelled=10.0,
     shortest=8.0,
     time_ratio=1.25,
+    goal_error=0.35,
     least_clearance=0.1,
     low_clearance=0.12,
     near_misses=1,

@@ -116,7 +116,7 @@ def test_it_turns_in_place_until_it_is_nearly_aligned() -> None:
     pace = Pace(LIMITS)
     moves = [
         pace.wish(view_of([]), decided([], 0.0, radians(turn))).speed > 0.0
-        for turn in (50, 70, 50, 30, 15, 30, 50)
+        for turn in (50, 70, 50, 40, 30, 40, 50)
     ]
     assert moves == [True, False, False, False, True, True, True]
 
