@@ -1,0 +1,1 @@
+"""Planning over what the robot has seen so far: which way leads to the goal, and where to head for now."""

@@ -1,0 +1,118 @@
+"""What a robot remembers of its surroundings after its local grid has moved on or faded."""
+
+from dataclasses import dataclass
+from math import ceil, floor, hypot
+
+import numpy as np
+from numpy.typing import NDArray
+
+from echogrid.mapping.grid import GridGeometry
+from echogrid.mapping.local_grid import LocalGrid
+
+_BLOCK = 32
+"""Cells by which it grows, so that it need not each time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Remembering:
+    """What is kept of a local grid."""
+
+    obstacle: int = 850
+    """Milli-nats from which a cell of the local grid is an obstacle: the virtual sensor's limit."""
+    free: int = -400
+    """Milli-nats up to which it is free."""
+    lately_ns: int = 1_000_000_000
+    """For how long after it was last spoken of a free cell can take an obstacle from the memory."""
+    firmness: int = 4
+    """How many times an obstacle that was seen often must be seen free until it is forgotten."""
+
+    def __post_init__(self) -> None:
+        if not (self.free < 0 < self.obstacle and 1 <= self.firmness <= 127):
+            raise ValueError("free must lie below 0 and obstacle above it, firmness in 1...127")
+
+
+class Recollection:
+    """A grid in the odom frame that grows with what is seen.
+
+    `belief` (rows, cols) int8, row 0 = south: above 0 an obstacle, the higher the more often it was seen;
+    0 unknown; -1 free.
+    """
+
+    def __init__(self, resolution: float = 0.1, remembering: Remembering | None = None) -> None:
+        self._resolution = resolution
+        self._remembering = remembering or Remembering()
+        self._corner = (0, 0)
+        """Row and column of the first cell, counted from the origin of the odom frame."""
+        self.belief: NDArray[np.int8] = np.zeros((_BLOCK, _BLOCK), np.int8)
+        self._held: NDArray[np.bool_] = np.zeros((_BLOCK, _BLOCK), np.bool_)
+
+    @property
+    def geometry(self) -> GridGeometry:
+        """Where it is (odom frame)."""
+        (row, col), step = self._corner, self._resolution
+        return GridGeometry(step, col * step, row * step, *self.belief.shape)
+
+    def cover(self, x: float, y: float, around: float) -> None:
+        """Grow, if need be, so that it reaches so far (m) around a point; new cells are unknown."""
+        ends = ((y - around, y + around), (x - around, x + around))
+        pads = [self._padding(axis, low, high) for axis, (low, high) in enumerate(ends)]
+        if any(pad != (0, 0) for pad in pads):
+            self.belief, self._held = np.pad(self.belief, pads), np.pad(self._held, pads)
+            self._corner = (self._corner[0] - pads[0][0], self._corner[1] - pads[1][0])
+
+    def _padding(self, axis: int, low: float, high: float) -> tuple[int, int]:
+        first, size = self._corner[axis], self.belief.shape[axis]
+        before = first - floor(low / self._resolution)
+        after = ceil(high / self._resolution) - first - size
+        return _blocks(before), _blocks(after)
+
+    def take(self, local: LocalGrid, now_ns: int) -> None:
+        """Take over what the local grid holds now."""
+        geometry, log_odds = local.geometry, local.grid.log_odds
+        half = 0.5 * geometry.resolution * geometry.rows
+        self.cover(geometry.x + half, geometry.y + half, half + self._resolution)
+        keep = self._remembering
+        lately = (local.seen_ns > 0) & (local.seen_ns >= now_ns - keep.lately_ns)
+        obstacle = self._count(geometry, log_odds >= keep.obstacle) > 0
+        doubted = self._count(geometry, log_odds > 0) > 0
+        free = (self._count(geometry, (log_odds <= keep.free) & lately) > 0) & ~doubted
+        wholly = self._count(geometry, log_odds > keep.free) == 0
+        self._learn(obstacle, free, wholly)
+
+    def _learn(self, obstacle: NDArray[np.bool_], free: NDArray[np.bool_], wholly: NDArray[np.bool_]) -> None:
+        belief = self.belief
+        remembered = belief > 0
+        belief[obstacle] = np.minimum(np.maximum(belief[obstacle], 0) + 1, self._remembering.firmness)
+        worn = free & wholly & remembered
+        belief[worn] -= 1
+        belief[free & (belief == 0)] = -1
+        self._held = obstacle
+
+    def _count(self, geometry: GridGeometry, mask: NDArray[np.bool_]) -> NDArray[np.intp]:
+        """(rows, cols) how many of the local grid's cells of that mask have their middle in each cell."""
+        step = self._resolution
+        rows, cols = np.nonzero(mask)
+        down = np.floor(geometry.y_centres / step).astype(np.intp)[rows] - self._corner[0]
+        right = np.floor(geometry.x_centres / step).astype(np.intp)[cols] - self._corner[1]
+        flat = down * self.belief.shape[1] + right
+        return np.bincount(flat, minlength=self.belief.size).reshape(self.belief.shape)
+
+    def tread(self, x: float, y: float, radius: float) -> None:
+        """The robot stands here: no cell whose middle is within its radius (m) is an obstacle."""
+        self.cover(x, y, radius + self._resolution)
+        geometry = self.geometry
+        row, col = geometry.cell(x, y)
+        reach = ceil(radius / self._resolution) + 1
+        for r in range(max(row - reach, 0), min(row + reach + 1, geometry.rows)):
+            for c in range(max(col - reach, 0), min(col + reach + 1, geometry.cols)):
+                if hypot(geometry.x_centres[c] - x, geometry.y_centres[r] - y) <= radius:
+                    self.belief[r, c] = -1
+
+    def relent(self) -> None:
+        """Forget the obstacles that are remembered only: that the local grid did not hold when last taken."""
+        self.belief[(self.belief > 0) & ~self._held] = 0
+
+
+def _blocks(missing: int) -> int:
+    """Cells to add, in whole blocks."""
+    return max(ceil(missing / _BLOCK), 0) * _BLOCK

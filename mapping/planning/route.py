@@ -1,0 +1,86 @@
+"""A way to the goal, and the point of it to head for now."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import hypot, inf
+
+import numpy as np
+
+from echogrid.mapping.planning.terrain import Point, Terrain
+from echogrid.mapping.planning.wavefront import Floats, cost_to_go, descent
+
+
+@dataclass(frozen=True, eq=False)
+class Route:
+    """From where the robot was when it was found to the goal."""
+
+    points: Floats
+    """(n, 2) x and y, m, in the odom frame; n at least 2."""
+
+    @property
+    def end(self) -> Point:
+        """m; the goal, or the nearest place to it where the robot can be."""
+        return float(self.points[-1, 0]), float(self.points[-1, 1])
+
+    @cached_property
+    def lengths(self) -> Floats:
+        """(n,) m from each point to the end."""
+        steps = np.hypot(*np.diff(self.points, axis=0).T)
+        return np.concatenate((np.cumsum(steps[::-1])[::-1], [0.0]))
+
+    def after(self, here: Point) -> int:
+        """The number of the point that is nearest to a place; of several the last."""
+        away = np.hypot(*(self.points - here).T)
+        return len(away) - 1 - int(away[::-1].argmin())
+
+    def distance(self, here: Point) -> float:
+        """m from a place to the nearest point."""
+        return float(np.hypot(*(self.points - here).T).min())
+
+    def left(self, here: Point) -> "Route":
+        """The rest of it, from a place beside it."""
+        rest = self.points[min(self.after(here) + 1, len(self.points) - 1) :]
+        return Route(np.vstack((here, rest)))
+
+    def carrot(self, ground: Terrain, here: Point, look_ahead: float) -> tuple[Point, float]:
+        """The farthest point, up to `look_ahead` m of way from here, straight to which the way is open.
+
+        And the length of the way from here by that point to the end, m. If none is open it is the next one.
+        """
+        first = min(self.after(here) + 1, len(self.points) - 1)
+        last = first
+        while last + 1 < len(self.points) and self.lengths[first] - self.lengths[last + 1] <= look_ahead:
+            last += 1
+        while last > first and not ground.is_open(here, self._point(last)):
+            last -= 1
+        point = self._point(last)
+        return point, hypot(point[0] - here[0], point[1] - here[1]) + float(self.lengths[last])
+
+    def _point(self, number: int) -> Point:
+        return float(self.points[number, 0]), float(self.points[number, 1])
+
+    def price(self, ground: Terrain) -> float:
+        """m, dear stretches counted as longer; inf if it is blocked."""
+        total = 0.0
+        for here, there in zip(self.points[:-1], self.points[1:], strict=True):
+            weights = ground.weights[ground.along((here[0], here[1]), (there[0], there[1]))]
+            total += hypot(there[0] - here[0], there[1] - here[1]) * float(weights.mean())
+        return total
+
+    def beside(self, other: "Route", aside: float) -> bool:
+        """Whether no point of it is farther than that (m) from the other one: the same way, if not exactly."""
+        apart = self.points[:, np.newaxis] - other.points[np.newaxis]
+        return bool((np.hypot(apart[..., 0], apart[..., 1]).min(axis=1) <= aside).all())
+
+
+def found(ground: Terrain, here: Point, goal: Point) -> Route | None:
+    """The cheapest way; None if none leads there."""
+    start, end = ground.nearest(here), ground.nearest(goal)
+    if start is None or end is None:
+        return None
+    cost = cost_to_go(ground.weights, end, start)
+    if cost[start] == inf:
+        return None
+    between = [ground.middle(cell) for cell in descent(cost, ground.weights, start)[1:-1]]
+    over_goal = end == ground.geometry.cell(*goal)
+    return Route(np.array([here, *between, goal if over_goal else ground.middle(end)]))
