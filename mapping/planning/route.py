@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import hypot, inf
+from itertools import pairwise
+from math import ceil, hypot, inf
 
 import numpy as np
 
@@ -61,14 +62,16 @@ class Route:
 
     def price(self, ground: Terrain) -> float:
         """m, dear stretches counted as longer; inf if it is blocked."""
-        total = 0.0
-        for here, there in zip(self.points[:-1], self.points[1:], strict=True):
-            weights = ground.weights[ground.along((here[0], here[1]), (there[0], there[1]))]
-            total += hypot(there[0] - here[0], there[1] - here[1]) * float(weights.mean())
-        return total
+        weights = ground.weights[ground.beneath(self.points)]
+        steps = self.lengths[:-1] - self.lengths[1:]
+        return float((steps * 0.5 * (weights[:-1] + weights[1:])).sum())
+
+    def is_shut(self, ground: Terrain, here: Point) -> bool:
+        """Whether what is left of it from here on has become blocked."""
+        return not ground.passable[ground.beneath(self.points[self.after(here) :])].all()
 
     def beside(self, other: "Route", aside: float) -> bool:
-        """Whether no point of it is farther than that (m) from the other one: the same way, if not exactly."""
+        """Whether no point of it is farther than that (m) from the other one: much the same way."""
         apart = self.points[:, np.newaxis] - other.points[np.newaxis]
         return bool((np.hypot(apart[..., 0], apart[..., 1]).min(axis=1) <= aside).all())
 
@@ -81,6 +84,36 @@ def found(ground: Terrain, here: Point, goal: Point) -> Route | None:
     cost = cost_to_go(ground.weights, end, start)
     if cost[start] == inf:
         return None
-    between = [ground.middle(cell) for cell in descent(cost, ground.weights, start)[1:-1]]
-    over_goal = end == ground.geometry.cell(*goal)
-    return Route(np.array([here, *between, goal if over_goal else ground.middle(end)]))
+    cells = descent(cost, ground.weights, start)
+    end_point = goal if end == ground.geometry.cell(*goal) else ground.middle(end)
+    way = [here, *(ground.middle(cell) for cell in cells[1:-1]), end_point]
+    left = [float(cost[cell]) * ground.geometry.resolution for cell in cells]
+    return Route(_dotted(_tight(ground, way, [*left, 0.0][: len(way)]), ground.geometry.resolution))
+
+
+def _tight(ground: Terrain, way: list[Point], left: list[float]) -> list[Point]:
+    """The way cut short wherever a straight line is open and no dearer; `left`: its price from each point."""
+    kept, first = [way[0]], 0
+    while first < len(way) - 1:
+        last = first + 1
+        while last + 1 < len(way) and _is_as_good(
+            ground, (way[first], way[last + 1]), left[first] - left[last + 1]
+        ):
+            last += 1
+        kept.append(way[last])
+        first = last
+    return kept
+
+
+def _is_as_good(ground: Terrain, line: tuple[Point, Point], price: float) -> bool:
+    return ground.is_open(*line) and ground.price(*line) <= price + ground.geometry.resolution
+
+
+def _dotted(corners: list[Point], apart: float) -> Floats:
+    """(n, 2) points from corner to corner, at most so far (m) from each other."""
+    parts = [np.array([corners[0]])]
+    for here, there in pairwise(corners):
+        count = max(ceil(hypot(there[0] - here[0], there[1] - here[1]) / apart), 1)
+        shares = np.linspace(0.0, 1.0, count + 1)[1:, np.newaxis]
+        parts.append(np.array(here) + shares * (np.array(there) - here))
+    return np.concatenate(parts)
