@@ -70,5 +70,9 @@ def test_a_line_out_of_a_narrow_place_is_open_and_none_back_into_it() -> None:
 def test_the_nearest_cell_is_the_one_over_the_point_if_it_may_be_driven() -> None:
     land = ground([(0.05, 0.05)])
     assert land.nearest((1.02, 1.07)) == land.geometry.cell(1.02, 1.07)
-    row, col = land.nearest((0.15, 0.05)) or (0, 0)
-    assert land.middle((row, col)) == approx((0.45, 0.05))
+    cell = land.nearest((0.16, 0.06))
+    assert cell is not None
+    geometry = land.geometry
+    x, y = np.meshgrid(geometry.x_centres, geometry.y_centres)
+    away = np.where(land.passable, np.hypot(x - 0.16, y - 0.06), inf)
+    assert away[cell] == away.min()
