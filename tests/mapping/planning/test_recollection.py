@@ -1,3 +1,5 @@
+from math import floor
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -35,7 +37,7 @@ def test_what_leaves_the_window_stays_in_its_place(ways: list[tuple[float, float
     memory, marks = Recollection(), []
     for step, (x, y) in enumerate(ways):
         local = grid(Pose(x, y), 0, 0)
-        mark = (x + 0.5, y - 0.7)
+        mark = (floor(10.0 * x + 5.0) / 10.0 + 0.05, floor(10.0 * y - 7.0) / 10.0 + 0.05)
         put(local, *mark, 1500)
         marks.append(mark)
         memory.take(local, (1 + step) * SECOND)
