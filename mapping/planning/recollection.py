@@ -23,12 +23,15 @@ class Remembering:
     """Milli-nats up to which it is free."""
     lately_ns: int = 1_000_000_000
     """For how long after it was last spoken of a free cell can take an obstacle from the memory."""
-    firmness: int = 4
-    """How many times an obstacle that was seen often must be seen free until it is forgotten."""
+    sighting: int = 3
+    """For each time that an obstacle is seen there it must be seen free so many times to be forgotten, as
+    sound that strikes a wall aslant goes astray, and tells of free space behind it ..."""
+    firmness: int = 60
+    """... but no more times than that in all."""
 
     def __post_init__(self) -> None:
-        if not (self.free < 0 < self.obstacle and 1 <= self.firmness <= 127):
-            raise ValueError("free must lie below 0 and obstacle above it, firmness in 1...127")
+        if not (self.free < 0 < self.obstacle and 1 <= self.sighting <= self.firmness <= 63):
+            raise ValueError("free must lie below 0, obstacle above it, and 1 <= sighting <= firmness <= 63")
 
 
 class Recollection:
@@ -80,9 +83,9 @@ class Recollection:
         self._learn(obstacle, free, wholly)
 
     def _learn(self, obstacle: NDArray[np.bool_], free: NDArray[np.bool_], wholly: NDArray[np.bool_]) -> None:
-        belief = self.belief
+        belief, keep = self.belief, self._remembering
         remembered = belief > 0
-        belief[obstacle] = np.minimum(np.maximum(belief[obstacle], 0) + 1, self._remembering.firmness)
+        belief[obstacle] = np.minimum(np.maximum(belief[obstacle], 0) + keep.sighting, keep.firmness)
         worn = free & wholly & remembered
         belief[worn] -= 1
         belief[free & (belief == 0)] = -1

@@ -51,11 +51,11 @@ def test_an_obstacle_is_one_from_the_limit_on() -> None:
     put(local, 0.55, 0.05, 849)
     put(local, 0.75, 0.05, 850)
     memory.take(local, SECOND)
-    assert (at(memory, 0.55, 0.05), at(memory, 0.75, 0.05)) == (0, 1)
+    assert (at(memory, 0.55, 0.05), at(memory, 0.75, 0.05) > 0) == (0, True)
 
 
 def test_a_passer_by_is_forgotten_sooner_than_a_wall() -> None:
-    memory = Recollection(remembering=Remembering(firmness=3))
+    memory = Recollection(remembering=Remembering(sighting=1, firmness=3))
     for step in range(10):
         local = grid(Pose(), -1000, SECOND)
         put(local, 0.55, 0.05, 1500)
@@ -76,18 +76,18 @@ def test_what_was_seen_free_long_ago_or_has_faded_takes_nothing_away() -> None:
     memory.take(local, SECOND)
     for log_odds, seen_ns in ((-1000, SECOND), (0, 9 * SECOND), (-399, 9 * SECOND)):
         memory.take(grid(Pose(), log_odds, seen_ns), 9 * SECOND)
-        assert at(memory, 0.55, 0.05) == 1
+        assert at(memory, 0.55, 0.05) > 0
 
 
 def test_a_finer_grid_shows_an_obstacle_if_any_of_its_cells_is_one_and_frees_only_if_all_are() -> None:
-    memory = Recollection()
+    memory = Recollection(remembering=Remembering(sighting=1))
     local = grid(Pose(), -1000, SECOND, resolution=0.05)
     put(local, 0.525, 0.025, 1500)
     memory.take(local, SECOND)
-    assert at(memory, 0.55, 0.05) == 1
+    assert at(memory, 0.55, 0.05) > 0
     put(local, 0.525, 0.025, -300)
     memory.take(local, SECOND)
-    assert at(memory, 0.55, 0.05) == 1
+    assert at(memory, 0.55, 0.05) > 0
     put(local, 0.525, 0.025, -1000)
     memory.take(local, SECOND)
     assert at(memory, 0.55, 0.05) == -1
@@ -111,4 +111,4 @@ def test_relenting_forgets_what_is_not_seen_now_and_nothing_else() -> None:
     put(local, 0.75, 0.05, 1500)
     memory.take(local, SECOND)
     memory.relent()
-    assert (at(memory, 0.55, 0.05), at(memory, 0.75, 0.05)) == (0, 1)
+    assert (at(memory, 0.55, 0.05), at(memory, 0.75, 0.05) > 0) == (0, True)
