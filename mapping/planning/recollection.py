@@ -21,6 +21,8 @@ class Remembering:
     """Milli-nats from which a cell of the local grid is an obstacle: the virtual sensor's limit."""
     free: int = -400
     """Milli-nats up to which it is free."""
+    reach: float = 2.0
+    """m from the robot: what lies beyond is not taken over, as echoes that came by way of walls seem far."""
     lately_ns: int = 1_000_000_000
     """For how long after it was last spoken of a free cell can take an obstacle from the memory."""
     sighting: int = 3
@@ -70,11 +72,14 @@ class Recollection:
         return _blocks(before), _blocks(after)
 
     def take(self, local: LocalGrid, now_ns: int) -> None:
-        """Take over what the local grid holds now."""
+        """Take over what the local grid, in whose middle the robot is, holds now."""
         geometry, log_odds = local.geometry, local.grid.log_odds
         half = 0.5 * geometry.resolution * geometry.rows
         self.cover(geometry.x + half, geometry.y + half, half + self._resolution)
         keep = self._remembering
+        steps = np.arange(geometry.rows) - geometry.rows // 2
+        near = np.hypot(steps[:, np.newaxis], steps) * geometry.resolution <= keep.reach
+        log_odds = np.where(near, log_odds, np.int16(0))
         lately = (local.seen_ns > 0) & (local.seen_ns >= now_ns - keep.lately_ns)
         obstacle = self._count(geometry, log_odds >= keep.obstacle) > 0
         doubted = self._count(geometry, log_odds > 0) > 0

@@ -10,6 +10,9 @@ import numpy as np
 from echogrid.mapping.planning.terrain import Point, Terrain
 from echogrid.mapping.planning.wavefront import Floats, cost_to_go, descent
 
+_SLACK = 1.5
+"""Cells: the wave reckons from middle to middle, and neither end need be in one."""
+
 
 @dataclass(frozen=True, eq=False)
 class Route:
@@ -95,18 +98,25 @@ def _tight(ground: Terrain, way: list[Point], left: list[float]) -> list[Point]:
     """The way cut short wherever a straight line is open and no dearer; `left`: its price from each point."""
     kept, first = [way[0]], 0
     while first < len(way) - 1:
-        last = first + 1
-        while last + 1 < len(way) and _is_as_good(
-            ground, (way[first], way[last + 1]), left[first] - left[last + 1]
-        ):
-            last += 1
-        kept.append(way[last])
-        first = last
+        first = _farthest(ground, way, left, first)
+        kept.append(way[first])
     return kept
 
 
+def _farthest(ground: Terrain, way: list[Point], left: list[float], first: int) -> int:
+    """The number of the point up to which it can be cut short from `first` on: by doubling, then halving."""
+    last, step, grows = first + 1, 1, True
+    while step:
+        there = last + step
+        good = there < len(way) and _is_as_good(ground, (way[first], way[there]), left[first] - left[there])
+        last = there if good else last
+        grows = grows and good
+        step = 2 * step if grows else step // 2
+    return last
+
+
 def _is_as_good(ground: Terrain, line: tuple[Point, Point], price: float) -> bool:
-    return ground.is_open(*line) and ground.price(*line) <= price + ground.geometry.resolution
+    return ground.is_open(*line) and ground.price(*line) <= price + _SLACK * ground.geometry.resolution
 
 
 def _dotted(corners: list[Point], apart: float) -> Floats:
@@ -115,5 +125,5 @@ def _dotted(corners: list[Point], apart: float) -> Floats:
     for here, there in pairwise(corners):
         count = max(ceil(hypot(there[0] - here[0], there[1] - here[1]) / apart), 1)
         shares = np.linspace(0.0, 1.0, count + 1)[1:, np.newaxis]
-        parts.append(np.array(here) + shares * (np.array(there) - here))
+        parts.append((1.0 - shares) * here + shares * there)
     return np.concatenate(parts)

@@ -112,3 +112,10 @@ def test_relenting_forgets_what_is_not_seen_now_and_nothing_else() -> None:
     memory.take(local, SECOND)
     memory.relent()
     assert (at(memory, 0.55, 0.05), at(memory, 0.75, 0.05) > 0) == (0, True)
+
+
+def test_what_is_far_from_the_robot_is_not_taken_over() -> None:
+    memory = Recollection(remembering=Remembering(reach=1.0))
+    memory.take(grid(Pose(0.05, 0.05), 2000, SECOND), SECOND)
+    x, y = np.meshgrid(memory.geometry.x_centres, memory.geometry.y_centres)
+    assert np.array_equal(memory.belief > 0, np.hypot(x - 0.05, y - 0.05) <= 1.0 + 1e-9)
