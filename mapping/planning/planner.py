@@ -121,7 +121,7 @@ class Planner:
         """The new way, unless the old one is another and not much worse."""
         if self.route is None or self._ground is None:
             return new
-        old = self.route.left(here)
+        old = self.route.left(self._ground, here)
         if new.beside(old, self.planning.aside) or old.end != new.end:
             return new
         price = old.price(self._ground)

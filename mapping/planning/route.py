@@ -37,14 +37,11 @@ class Route:
         away = np.hypot(*(self.points - here).T)
         return len(away) - 1 - int(away[::-1].argmin())
 
-    def distance(self, here: Point) -> float:
-        """m from a place to the nearest point."""
-        return float(np.hypot(*(self.points - here).T).min())
-
-    def left(self, here: Point) -> "Route":
+    def left(self, ground: Terrain, here: Point) -> "Route":
         """The rest of it, from a place beside it."""
-        rest = self.points[min(self.after(here) + 1, len(self.points) - 1) :]
-        return Route(np.vstack((here, rest)))
+        number = min(self.after(here) + 1, len(self.points) - 1)
+        back = _dotted([here, self._point(number)], ground.geometry.resolution)
+        return Route(np.concatenate((back, self.points[number + 1 :])))
 
     def carrot(self, ground: Terrain, here: Point, look_ahead: float) -> tuple[Point, float]:
         """The farthest point, up to `look_ahead` m of way from here, straight to which the way is open.
@@ -71,7 +68,7 @@ class Route:
 
     def is_shut(self, ground: Terrain, here: Point) -> bool:
         """Whether what is left of it from here on has become blocked."""
-        return not ground.passable[ground.beneath(self.points[self.after(here) :])].all()
+        return not ground.passable[ground.beneath(self.left(ground, here).points)].all()
 
     def beside(self, other: "Route", aside: float) -> bool:
         """Whether no point of it is farther than that (m) from the other one: much the same way."""
