@@ -73,7 +73,7 @@ class Planner:
             self._goal, self.route, self._planned_ns, self._lost_ns = goal, None, None, None
         if self._taken_ns is None or now_ns - self._taken_ns >= self.planning.take_ns:
             self._take(local, here, now_ns)
-        if self._is_due(here, now_ns):
+        if self._is_due(here, now_ns, goal):
             self._plan(here, now_ns, goal)
         return self._aimed(robot, here, goal)
 
@@ -91,19 +91,13 @@ class Planner:
             self._ground = terrain(self.memory, self.planning.prices, (here, goal))
         return self._ground
 
-    def _is_due(self, here: Point, now_ns: int) -> bool:
+    def _is_due(self, here: Point, now_ns: int, goal: Point) -> bool:
         if self._planned_ns is None:
             return True
         since = now_ns - self._planned_ns
         if since >= self.planning.replan_ns or since < self.planning.hurry_ns:
             return since >= self.planning.replan_ns
-        return self.route is not None and self._is_shut(here)
-
-    def _is_shut(self, here: Point) -> bool:
-        """Whether the straight way to the point that is headed for has become blocked."""
-        if self._goal is None or self.carrot is None:
-            return False
-        return not self._survey(here, self._goal).is_open(here, self.carrot)
+        return self.route is not None and self.route.is_shut(self._survey(here, goal), here)
 
     def _plan(self, here: Point, now_ns: int, goal: Point) -> None:
         self._planned_ns, self._ground = now_ns, None
@@ -127,7 +121,7 @@ class Planner:
         """The new way, unless the old one is another and not much worse."""
         if self.route is None or self._ground is None:
             return new
-        old = self.route.left(here)
+        old = self.route.left(self._ground, here)
         if new.beside(old, self.planning.aside) or old.end != new.end:
             return new
         price = old.price(self._ground)

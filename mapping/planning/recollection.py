@@ -21,14 +21,19 @@ class Remembering:
     """Milli-nats from which a cell of the local grid is an obstacle: the virtual sensor's limit."""
     free: int = -400
     """Milli-nats up to which it is free."""
+    reach: float = 2.0
+    """m from the robot: what lies beyond is not taken over, as echoes that came by way of walls seem far."""
     lately_ns: int = 1_000_000_000
     """For how long after it was last spoken of a free cell can take an obstacle from the memory."""
-    firmness: int = 4
-    """How many times an obstacle that was seen often must be seen free until it is forgotten."""
+    sighting: int = 3
+    """For each time that an obstacle is seen there it must be seen free so many times to be forgotten, as
+    sound that strikes a wall aslant goes astray, and tells of free space behind it ..."""
+    firmness: int = 60
+    """... but no more times than that in all."""
 
     def __post_init__(self) -> None:
-        if not (self.free < 0 < self.obstacle and 1 <= self.firmness <= 127):
-            raise ValueError("free must lie below 0 and obstacle above it, firmness in 1...127")
+        if not (self.free < 0 < self.obstacle and 1 <= self.sighting <= self.firmness <= 63):
+            raise ValueError("free must lie below 0, obstacle above it, and 1 <= sighting <= firmness <= 63")
 
 
 class Recollection:
@@ -67,11 +72,14 @@ class Recollection:
         return _blocks(before), _blocks(after)
 
     def take(self, local: LocalGrid, now_ns: int) -> None:
-        """Take over what the local grid holds now."""
+        """Take over what the local grid, in whose middle the robot is, holds now."""
         geometry, log_odds = local.geometry, local.grid.log_odds
         half = 0.5 * geometry.resolution * geometry.rows
         self.cover(geometry.x + half, geometry.y + half, half + self._resolution)
         keep = self._remembering
+        steps = np.arange(geometry.rows) - geometry.rows // 2
+        near = np.hypot(steps[:, np.newaxis], steps) * geometry.resolution <= keep.reach
+        log_odds = np.where(near, log_odds, np.int16(0))
         lately = (local.seen_ns > 0) & (local.seen_ns >= now_ns - keep.lately_ns)
         obstacle = self._count(geometry, log_odds >= keep.obstacle) > 0
         doubted = self._count(geometry, log_odds > 0) > 0
@@ -80,9 +88,9 @@ class Recollection:
         self._learn(obstacle, free, wholly)
 
     def _learn(self, obstacle: NDArray[np.bool_], free: NDArray[np.bool_], wholly: NDArray[np.bool_]) -> None:
-        belief = self.belief
+        belief, keep = self.belief, self._remembering
         remembered = belief > 0
-        belief[obstacle] = np.minimum(np.maximum(belief[obstacle], 0) + 1, self._remembering.firmness)
+        belief[obstacle] = np.minimum(np.maximum(belief[obstacle], 0) + keep.sighting, keep.firmness)
         worn = free & wholly & remembered
         belief[worn] -= 1
         belief[free & (belief == 0)] = -1

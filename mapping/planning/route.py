@@ -2,12 +2,16 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import hypot, inf
+from itertools import pairwise
+from math import ceil, hypot, inf
 
 import numpy as np
 
 from echogrid.mapping.planning.terrain import Point, Terrain
 from echogrid.mapping.planning.wavefront import Floats, cost_to_go, descent
+
+_SLACK = 1.5
+"""Cells: the wave reckons from middle to middle, and neither end need be in one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,14 +37,11 @@ class Route:
         away = np.hypot(*(self.points - here).T)
         return len(away) - 1 - int(away[::-1].argmin())
 
-    def distance(self, here: Point) -> float:
-        """m from a place to the nearest point."""
-        return float(np.hypot(*(self.points - here).T).min())
-
-    def left(self, here: Point) -> "Route":
+    def left(self, ground: Terrain, here: Point) -> "Route":
         """The rest of it, from a place beside it."""
-        rest = self.points[min(self.after(here) + 1, len(self.points) - 1) :]
-        return Route(np.vstack((here, rest)))
+        number = min(self.after(here) + 1, len(self.points) - 1)
+        back = _dotted([here, self._point(number)], ground.geometry.resolution)
+        return Route(np.concatenate((back, self.points[number + 1 :])))
 
     def carrot(self, ground: Terrain, here: Point, look_ahead: float) -> tuple[Point, float]:
         """The farthest point, up to `look_ahead` m of way from here, straight to which the way is open.
@@ -61,14 +62,16 @@ class Route:
 
     def price(self, ground: Terrain) -> float:
         """m, dear stretches counted as longer; inf if it is blocked."""
-        total = 0.0
-        for here, there in zip(self.points[:-1], self.points[1:], strict=True):
-            weights = ground.weights[ground.along((here[0], here[1]), (there[0], there[1]))]
-            total += hypot(there[0] - here[0], there[1] - here[1]) * float(weights.mean())
-        return total
+        weights = ground.weights[ground.beneath(self.points)]
+        steps = self.lengths[:-1] - self.lengths[1:]
+        return float((steps * 0.5 * (weights[:-1] + weights[1:])).sum())
+
+    def is_shut(self, ground: Terrain, here: Point) -> bool:
+        """Whether what is left of it from here on has become blocked."""
+        return not ground.passable[ground.beneath(self.left(ground, here).points)].all()
 
     def beside(self, other: "Route", aside: float) -> bool:
-        """Whether no point of it is farther than that (m) from the other one: the same way, if not exactly."""
+        """Whether no point of it is farther than that (m) from the other one: much the same way."""
         apart = self.points[:, np.newaxis] - other.points[np.newaxis]
         return bool((np.hypot(apart[..., 0], apart[..., 1]).min(axis=1) <= aside).all())
 
@@ -81,6 +84,43 @@ def found(ground: Terrain, here: Point, goal: Point) -> Route | None:
     cost = cost_to_go(ground.weights, end, start)
     if cost[start] == inf:
         return None
-    between = [ground.middle(cell) for cell in descent(cost, ground.weights, start)[1:-1]]
-    over_goal = end == ground.geometry.cell(*goal)
-    return Route(np.array([here, *between, goal if over_goal else ground.middle(end)]))
+    cells = descent(cost, ground.weights, start)
+    end_point = goal if end == ground.geometry.cell(*goal) else ground.middle(end)
+    way = [here, *(ground.middle(cell) for cell in cells[1:-1]), end_point]
+    left = [float(cost[cell]) * ground.geometry.resolution for cell in cells]
+    return Route(_dotted(_tight(ground, way, [*left, 0.0][: len(way)]), ground.geometry.resolution))
+
+
+def _tight(ground: Terrain, way: list[Point], left: list[float]) -> list[Point]:
+    """The way cut short wherever a straight line is open and no dearer; `left`: its price from each point."""
+    kept, first = [way[0]], 0
+    while first < len(way) - 1:
+        first = _farthest(ground, way, left, first)
+        kept.append(way[first])
+    return kept
+
+
+def _farthest(ground: Terrain, way: list[Point], left: list[float], first: int) -> int:
+    """The number of the point up to which it can be cut short from `first` on: by doubling, then halving."""
+    last, step, grows = first + 1, 1, True
+    while step:
+        there = last + step
+        good = there < len(way) and _is_as_good(ground, (way[first], way[there]), left[first] - left[there])
+        last = there if good else last
+        grows = grows and good
+        step = 2 * step if grows else step // 2
+    return last
+
+
+def _is_as_good(ground: Terrain, line: tuple[Point, Point], price: float) -> bool:
+    return ground.is_open(*line) and ground.price(*line) <= price + _SLACK * ground.geometry.resolution
+
+
+def _dotted(corners: list[Point], apart: float) -> Floats:
+    """(n, 2) points from corner to corner, at most so far (m) from each other."""
+    parts = [np.array([corners[0]])]
+    for here, there in pairwise(corners):
+        count = max(ceil(hypot(there[0] - here[0], there[1] - here[1]) / apart), 1)
+        shares = np.linspace(0.0, 1.0, count + 1)[1:, np.newaxis]
+        parts.append((1.0 - shares) * here + shares * there)
+    return np.concatenate(parts)

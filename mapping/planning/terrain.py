@@ -15,9 +15,11 @@ from echogrid.mapping.planning.wavefront import Cell, Floats
 Point = tuple[float, float]
 """x and y, m, in the odom frame."""
 Mask = NDArray[np.bool_]
+Cells = tuple[NDArray[np.intp], NDArray[np.intp]]
+"""Rows and columns."""
 
 _NARROWEST = 1.5
-"""Cells from an obstacle's middle: nearer no way leads, for it might slip between two that touch at corners."""
+"""Cells from an obstacle's middle; nearer no way leads: it might slip between two that touch at corners."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +39,7 @@ class Prices:
 
     def __post_init__(self) -> None:
         if self.keep <= 0.0 or min(self.shy, self.near) < 0.0 or min(self.unknown, self.squeeze) < 1.0:
-            raise ValueError("keep must be above 0, shy and near not below it, unknown and squeeze at least 1")
+            raise ValueError("keep must be above 0, shy and near at least 0, unknown and squeeze at least 1")
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,24 +79,31 @@ class Terrain:
         best = int(away.argmin())
         return int(rows[best]), int(cols[best])
 
-    def along(self, here: Point, there: Point) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Rows and columns beneath the straight way, each at most half a cell after the one before."""
+    def beneath(self, points: Floats) -> Cells:
+        """Rows and columns of the cells under points (n, 2), of the nearest where they lie outside."""
         geometry = self.geometry
-        count = ceil(2.0 * hypot(there[0] - here[0], there[1] - here[1]) / geometry.resolution) + 1
+        rows = np.floor((points[:, 1] - geometry.y) / geometry.resolution).astype(np.intp)
+        cols = np.floor((points[:, 0] - geometry.x) / geometry.resolution).astype(np.intp)
+        return np.clip(rows, 0, geometry.rows - 1), np.clip(cols, 0, geometry.cols - 1)
+
+    def along(self, here: Point, there: Point) -> Cells:
+        """Rows and columns beneath the straight way, every half a cell."""
+        (x, y), (to_x, to_y) = here, there
+        count = ceil(2.0 * hypot(to_x - x, to_y - y) / self.geometry.resolution) + 1
         shares = np.linspace(0.0, 1.0, count + 1)
-        rows = np.floor((here[1] + shares * (there[1] - here[1]) - geometry.y) / geometry.resolution)
-        cols = np.floor((here[0] + shares * (there[0] - here[0]) - geometry.x) / geometry.resolution)
-        return (
-            np.clip(rows, 0, geometry.rows - 1).astype(np.intp),
-            np.clip(cols, 0, geometry.cols - 1).astype(np.intp),
-        )
+        return self.beneath(np.stack((x + shares * (to_x - x), y + shares * (to_y - y)), axis=1))
 
     def is_open(self, here: Point, there: Point) -> bool:
         """Whether the straight way may be driven: blocked cells, if passable, at its two ends only."""
-        rows, cols = self.along(here, there)
-        free = np.flatnonzero(~self.blocked[rows, cols])
+        cells = self.along(here, there)
+        free = np.flatnonzero(~self.blocked[cells])
         in_one = not len(free) or len(free) == free[-1] - free[0] + 1
-        return bool(in_one and self.passable[rows, cols].all())
+        return bool(in_one and self.passable[cells].all())
+
+    def price(self, here: Point, there: Point) -> float:
+        """m of the straight way, dear stretches counted as longer."""
+        weights = self.weights[self.along(here, there)]
+        return hypot(there[0] - here[0], there[1] - here[1]) * float(weights.mean())
 
 
 def terrain(memory: Recollection, prices: Prices, ends: tuple[Point, ...]) -> Terrain:
@@ -113,7 +122,7 @@ def terrain(memory: Recollection, prices: Prices, ends: tuple[Point, ...]) -> Te
 
 
 def _squeezed(geometry: GridGeometry, distance: Floats, blocked: Mask, disc: tuple[Point, float]) -> Mask:
-    """(rows, cols) the blocked cells around a point that lies in one, but for those at the obstacle itself."""
+    """(rows, cols) the blocked cells around a point that lies in one, but for those at the obstacle."""
     (x, y), keep = disc
     cell = geometry.cell(x, y)
     if not (geometry.contains(*cell) and blocked[cell]):

@@ -3,13 +3,14 @@
 python -m tests.bench       (make bench)
 """
 
-from tests.bench import drivers, emulation, obstacles, steering, wheels
+from tests.bench import drivers, emulation, obstacles, planning, steering, wheels
 from tests.bench.stopwatch import Row
 
 
 def main() -> None:
     """Print two tables."""
     rows: list[Row] = [*drivers.rows(), *emulation.rows(), *steering.rows(), *obstacles.rows()]
+    rows += planning.rows()
     print("| what | us each | beside it | us each | ratio |")
     print("|---|---|---|---|---|")
     for row in rows:

@@ -4,12 +4,15 @@ import pytest
 from pytest import approx
 
 from echogrid.mapping.planning.planner import Planner, Planning
+from echogrid.mapping.planning.recollection import Remembering
 from echogrid.mapping.pose import Pose
 
 from .scenes import CELL, DEAD_END, ROOM, U_TRAP, Walls, local_grid, paint, walk
 
 SECOND = 1_000_000_000
 KEEP = Planning().prices.keep
+WIDE = Planning(relent_ns=5 * SECOND, remembering=Remembering(reach=3.0))
+"""All of the room is taken over from its middle."""
 WALLED = [(U_TRAP, (5.0, 0.0), 17.0), (ROOM, (4.0, 0.0), 16.0), (DEAD_END, (6.0, 0.0), 12.0)]
 
 
@@ -54,7 +57,7 @@ def test_where_there_is_no_way_it_says_so_and_points_straight() -> None:
 
 
 def test_what_it_no_longer_sees_is_given_up_when_there_is_no_way_for_long() -> None:
-    planner, local = Planner(Planning(relent_ns=5 * SECOND)), local_grid(60)
+    planner, local = Planner(WIDE), local_grid(60)
     paint(local, CELL, Pose(), SECOND)
     planner.aim(local, Pose(), SECOND, (4.0, 0.0))
     assert not planner.reachable
@@ -66,7 +69,7 @@ def test_what_it_no_longer_sees_is_given_up_when_there_is_no_way_for_long() -> N
 
 
 def test_walls_that_it_sees_are_not_given_up() -> None:
-    planner, local = Planner(Planning(relent_ns=5 * SECOND)), local_grid(60)
+    planner, local = Planner(WIDE), local_grid(60)
     for second in range(1, 30):
         paint(local, CELL, Pose(), second * SECOND)
         planner.aim(local, Pose(), second * SECOND, (4.0, 0.0))
@@ -74,7 +77,7 @@ def test_walls_that_it_sees_are_not_given_up() -> None:
 
 
 def test_a_door_that_opens_is_found_again() -> None:
-    planner, local = Planner(), local_grid(60)
+    planner, local = Planner(WIDE), local_grid(60)
     paint(local, CELL, Pose(), SECOND)
     planner.aim(local, Pose(), SECOND, (4.0, 0.0))
     assert not planner.reachable
