@@ -103,20 +103,28 @@ def _arc(footprint: Footprint, twist: Twist, points: tuple[Floats, Floats], radi
     cx, cy = footprint.x[:, np.newaxis], footprint.y[:, np.newaxis] - centre
     off, start, normal = cx * ey - cy * ex, cx * ex + cy * ey, np.arctan2(-ex, ey)
     turns = np.full(len(away), inf)
+
+    def meet(points: NDArray[np.intp], direction: Floats) -> None:
+        """Points, each of them perhaps several times, turn until they are seen in a direction."""
+        np.minimum.at(turns, points, sense * (direction - angle[points]) % tau)
+
+    # Only few of all sides and points meet: angles, which take long, are asked for these alone.
     with np.errstate(divide="ignore", invalid="ignore"):
         for side in _sides(radius):
-            middle = off + side
+            middle = np.broadcast_to(off + side, (len(off), len(away)))
             chord = np.sqrt((away - middle) * (away + middle))
             for half in (chord, -chord):
-                turn = sense * (normal + np.arctan2(half, middle) - angle) % tau
                 at = half - start
-                turns = _soonest(turns, turn, (at >= 0.0) & (at <= footprint.length[:, np.newaxis]))
+                met = ((at >= 0.0) & (at <= footprint.length[:, np.newaxis])).nonzero()
+                meet(met[1], normal[met[0], 0] + np.arctan2(half[met], middle[met]))
         if radius is not None:
             corner, bearing = np.hypot(cx, cy), np.arctan2(cy, cx)
             square = (radius - (away - corner)) * (radius + (away - corner)) / (4.0 * away * corner)
-            spread = 2.0 * np.arcsin(np.sqrt(square))
+            root = np.sqrt(square)
+            met = (root <= 1.0).nonzero()
+            spread = 2.0 * np.arcsin(root[met])
             for half in (spread, -spread):
-                turns = _soonest(turns, sense * (bearing + half - angle) % tau, np.isfinite(spread))
+                meet(met[1], bearing[met[0], 0] + half)
     return turns / abs(twist.turn_rate)
 
 
