@@ -71,7 +71,7 @@ class LocalGrid:
         tolerance = self._tolerance if ranger.tolerance is None else ranger.tolerance
         cone = cast(self.geometry, Sounding(transducer, ranger, echo_distance, tolerance))
         spoken = self.grid.fuse(cone)
-        self.seen_ns[spoken] = np.maximum(self.seen_ns[spoken], stamp_ns)
+        self.seen_ns.put(spoken, np.maximum(self.seen_ns.take(spoken), stamp_ns))
 
 
 def _window(corner: tuple[int, int], resolution: float, cells: int) -> GridGeometry:
