@@ -244,4 +244,4 @@ class Moment(NamedTuple):
         return self._peopled(self.world.vista_of(wall))
 
     def _peopled(self, vista: Vista) -> Vista:
-        return vista._replace(posts=vista.posts + self.people) if self.people else vista
+        return Vista(*vista[:-1], vista.posts + self.people) if self.people else vista

@@ -6,6 +6,7 @@ axis is in region I if |r - s| <= tolerance (an echo at s: probably occupied), i
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import cos, pi, sin, tan
 
 import numpy as np
@@ -115,15 +116,17 @@ def _inside(along: Floats, across: Floats, half_angle: float, resolution: float)
 
 def _sensor_frame(geometry: GridGeometry, patch: Patch, transducer: Pose) -> tuple[Floats, Floats]:
     """The patch's cell centres along and across the axis, m."""
-    dx = geometry.x + _middles(patch[1]) * geometry.resolution - transducer.x
-    dy = (geometry.y + _middles(patch[0]) * geometry.resolution - transducer.y)[:, np.newaxis]
+    resolution = geometry.resolution
+    dx = _centres(geometry.x, resolution, geometry.cols)[patch[1]] - transducer.x
+    dy = _centres(geometry.y, resolution, geometry.rows)[patch[0], np.newaxis] - transducer.y
     c, s = cos(transducer.yaw), sin(transducer.yaw)
     return c * dx + s * dy, c * dy - s * dx
 
 
-def _middles(part: slice) -> Floats:
-    """(n,) of the cells of a part, in cells."""
-    return np.arange(part.start, part.stop, dtype=np.float64) + 0.5
+@lru_cache(maxsize=64)
+def _centres(first: float, resolution: float, count: int) -> Floats:
+    """(n,) m: of so many cells in a row, the first of which begins there."""
+    return first + (np.arange(count, dtype=np.float64) + 0.5) * resolution
 
 
 def _bounds(
