@@ -6,6 +6,7 @@ crossing of that with the outline, widened by a radius, is the touch. The widene
 sides moved outwards and by circles around its corners.
 """
 
+from functools import lru_cache
 from math import hypot, inf, tau
 
 import numpy as np
@@ -65,10 +66,16 @@ def _in_band(footprint: Footprint, twist: Twist, x: Floats, y: Floats, radius: f
         return beside
     centre = twist.speed / twist.turn_rate
     away = np.hypot(x, y - centre)
-    farthest = np.hypot(footprint.x, footprint.y - centre).max()
-    nearest = footprint.distance(np.zeros(1), np.array([centre]))[0]
+    nearest, farthest = _ring(footprint, centre)
     inside: NDArray[np.bool_] = (away >= nearest - radius) & (away <= farthest + radius)
     return inside
+
+
+@lru_cache(maxsize=16)
+def _ring(footprint: Footprint, centre: float) -> tuple[float, float]:
+    """m from a centre of rotation, (0, centre), to the nearest and the farthest of the footprint."""
+    farthest = np.hypot(footprint.x, footprint.y - centre).max()
+    return float(footprint.distance(np.zeros(1), np.array([centre]))[0]), float(farthest)
 
 
 def _straight(
