@@ -166,20 +166,20 @@ class Vista(NamedTuple):
                 reached = along_x * x + along_y * y - first + distance * (along_x * ray_x + along_y * ray_y)
                 if -TOUCH <= reached <= length + TOUCH:
                     nearest, struck = distance, number
-        for post in self.posts:
-            on_post = _met(post, x, y, ray_x, ray_y)
-            if on_post <= nearest:
-                nearest, struck = on_post, NO_WALL
-        return nearest, struck
+        on_post = self._met(x, y, ray_x, ray_y) if self.posts else inf
+        return (on_post, NO_WALL) if on_post <= nearest else (nearest, struck)
 
-
-def _met(post: Post, x: float, y: float, ray_x: float, ray_y: float) -> float:
-    """Distance, m, at which a ray enters a cylinder; inf for a miss."""
-    to_x, to_y = post.x - x, post.y - y
-    middle = to_x * ray_x + to_y * ray_y
-    inside = middle * middle - (to_x * to_x + to_y * to_y) + post.radius * post.radius
-    distance = middle - sqrt(max(inside, 0.0))
-    return distance if inside >= 0.0 and distance > TOUCH else inf
+    def _met(self, x: float, y: float, ray_x: float, ray_y: float) -> float:
+        """Distance, m, at which a ray enters the first cylinder; inf where there is none."""
+        nearest = inf
+        for post_x, post_y, radius, _ in self.posts:
+            to_x, to_y = post_x - x, post_y - y
+            middle = to_x * ray_x + to_y * ray_y
+            if middle > TOUCH:
+                inside = middle * middle - (to_x * to_x + to_y * to_y) + radius * radius
+                if inside >= 0.0 and TOUCH < (distance := middle - sqrt(inside)) < nearest:
+                    nearest = distance
+        return nearest
 
 
 class _Part(NamedTuple):
