@@ -6,7 +6,6 @@ is the same, to the bit.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import compress
 from math import atan, pi, tau
 from typing import NamedTuple
@@ -21,107 +20,119 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 SECTORS = 48
+_HEADINGS = (np.arange(SECTORS) + 0.5) * tau / SECTORS
+"""rad, the sectors' middles."""
 _SURE = 1e-6
 """rad and m: rounding is far less."""
+_ASIDE = pi / SECTORS + _SURE
+"""rad: by so much a direction may differ from its sector's middle."""
 
 
-class View(NamedTuple):
-    """A square of the floor, the circle around it, and a sector of directions."""
+class Panorama:
+    """A vista from around a square of the floor, by the sectors into which an ear may look."""
+
+    def __init__(self, vista: Vista, square: "Square", ear: Ear) -> None:
+        self._vista = vista
+        fan = atan(ear.fan_slope)
+        beam = max(atan(ear.beam_slope), fan)
+        barriers = square.seen(_ends(vista.barriers))
+        self._met = (
+            barriers.crossed(0.0),
+            barriers.crossed(beam),
+            square.faced(vista.smooth, beam, ear.reach),
+            square.seen(np.array([wall.ends for wall in vista.rough]).reshape(-1, 2, 2)).beside(fan),
+            square.held(vista.corners, beam, ear.reach),
+            square.held(vista.edges, beam, ear.edge_reach),
+            square.met(vista.posts, beam),
+        )
+        """(SECTORS, n) each, for each of the vista's lists."""
+
+    def glimpse(self, sector: int) -> Vista:
+        """What of it may be met within a beam: reflected, crossed by a way to what is heard, or cast upon.
+
+        `walls` are those that the axis may meet.
+        """
+        vista = self._vista
+        walls, barriers, smooth, rough, corners, edges, posts = (met[sector].tolist() for met in self._met)
+        return Vista(
+            tuple(compress(vista.walls, walls)),
+            tuple(compress(vista.barriers, barriers)),
+            tuple(compress(vista.smooth, smooth)),
+            tuple(compress(vista.rough, rough)),
+            tuple(compress(vista.corners, corners)),
+            tuple(compress(vista.edges, edges)),
+            tuple(compress(vista.posts, posts)),
+        )
+
+
+class Square(NamedTuple):
+    """The circle around a square of the floor, m. Answers are by sector, (SECTORS, n)."""
 
     x: float
     y: float
-    """m, the middle."""
     radius: float
-    """m."""
-    sector: int
 
-    @property
-    def heading(self) -> float:
-        """rad, the sector's middle."""
-        return (self.sector + 0.5) * tau / SECTORS
+    def seen(self, points: FloatArray, radius: FloatArray | float = 0.0) -> "_Seen":
+        """Points (..., 2), or the discs around them."""
+        dx, dy = points[..., 0] - self.x, points[..., 1] - self.y
+        share = (self.radius + radius + _SURE) / np.maximum(np.hypot(dx, dy), _SURE)
+        slack = np.where(share < 1.0, np.arcsin(np.minimum(share, 1.0)), tau)
+        return _Seen(_off_headings(np.arctan2(dy, dx)), slack + _SURE)
 
-
-def glimpse(vista: Vista, view: View, ear: Ear) -> Vista:
-    """What of a vista may be met within a beam: reflected, crossed by a way to what is heard, or cast upon.
-
-    `walls` are those that the axis may meet.
-    """
-    wedge = _Wedge.of(view, max(atan(ear.beam_slope), atan(ear.fan_slope)))
-    axis, fan = _Wedge.of(view, 0.0), _Wedge.of(view, atan(ear.fan_slope))
-    return Vista(
-        tuple(compress(vista.walls, axis.crossed(_ends(vista.barriers)))),
-        tuple(compress(vista.barriers, wedge.crossed(_ends(vista.barriers)))),
-        tuple(compress(vista.smooth, wedge.faced(vista.smooth, ear.reach))),
-        tuple(compress(vista.rough, fan.beside([wall.ends for wall in vista.rough]))),
-        tuple(compress(vista.corners, wedge.holds(vista.corners, ear.reach))),
-        tuple(compress(vista.edges, wedge.holds(vista.edges, ear.edge_reach))),
-        tuple(compress(vista.posts, wedge.meets(vista.posts))),
-    )
-
-
-@dataclass(frozen=True, slots=True)
-class _Wedge:
-    """All that beams of one kind may cover in a view."""
-
-    view: View
-    half: float
-    """rad: to either side of the heading, from each place."""
-
-    @classmethod
-    def of(cls, view: View, beam: float) -> "_Wedge":
-        return cls(view, beam + pi / SECTORS + _SURE)
-
-    def crossed(self, ends: FloatArray) -> BoolArray:
-        """(n,) which walls, with their ends (n, 2, 2), may reach into it."""
-        bearing, slack = self._seen(ends)
-        behind = np.abs(bearing) - slack > 0.5 * pi + pi / SECTORS + _SURE
-        return np.asarray(~(self._aside(bearing, slack) | behind.all(axis=1)))
-
-    def beside(self, ends: Sequence[tuple[tuple[float, float], tuple[float, float]]]) -> BoolArray:
-        """(n,) which walls are not wholly to one side of it; they may be behind."""
-        if not ends:
-            return np.empty(0, np.bool_)
-        return np.asarray(~self._aside(*self._seen(np.array(ends))))
-
-    def faced(self, walls: Sequence[Wall], reach: float) -> BoolArray:
-        """(n,) which walls may be met squarely."""
+    def faced(self, walls: Sequence[Wall], beam: float, reach: float) -> BoolArray:
+        """Which walls may be met squarely."""
         table = np.array(walls).reshape(-1, 9)
-        height = table[:, 1] * self.view.x + table[:, 2] * self.view.y - table[:, 3]
-        away = np.abs(height) - self.view.radius
+        height = table[:, 1] * self.x + table[:, 2] * self.y - table[:, 3]
+        away = np.abs(height) - self.radius
         foot = np.arctan2(-np.sign(height) * table[:, 2], -np.sign(height) * table[:, 1])
-        ahead = np.abs(self._turned(foot)) <= self.half
+        ahead = np.abs(_off_headings(foot)) <= beam + _ASIDE
         return np.asarray((away <= _SURE) | (ahead & (away <= reach + _SURE)))
 
-    def holds(self, notches: Sequence[Notch], reach: float) -> BoolArray:
-        """(n,) which points may lie in it."""
+    def held(self, notches: Sequence[Notch], beam: float, reach: float) -> BoolArray:
+        """Which points may lie in the beam."""
         points = np.array(notches).reshape(-1, 6)[:, :2]
-        bearing, slack = self._seen(points)
-        near = np.hypot(points[:, 0] - self.view.x, points[:, 1] - self.view.y) - self.view.radius <= reach
-        return np.asarray((np.abs(bearing) <= self.half + slack) & near)
+        near = np.hypot(points[:, 0] - self.x, points[:, 1] - self.y) - self.radius <= reach
+        return np.asarray(self.seen(points).within(beam) & near)
 
-    def meets(self, posts: Sequence[Post]) -> BoolArray:
-        """(n,) which round things may reach into it."""
+    def met(self, posts: Sequence[Post], beam: float) -> BoolArray:
+        """Which round things may reach into it."""
         table = np.array(posts).reshape(-1, 4)
-        bearing, slack = self._seen(table[:, :2], table[:, 2])
-        return np.asarray(np.abs(bearing) <= self.half + slack)
+        return self.seen(table[:, :2], table[:, 2]).within(beam)
 
-    def _seen(self, points: FloatArray, radius: FloatArray | float = 0.0) -> tuple[FloatArray, FloatArray]:
-        """Bearing of points (..., 2) off the heading, from the middle, rad; by how much it may differ."""
-        dx, dy = points[..., 0] - self.view.x, points[..., 1] - self.view.y
-        share = (self.view.radius + radius + _SURE) / np.maximum(np.hypot(dx, dy), _SURE)
-        slack = np.where(share < 1.0, np.arcsin(np.minimum(share, 1.0)), tau)
-        return self._turned(np.arctan2(dy, dx)), slack + _SURE
 
-    def _turned(self, direction: FloatArray) -> FloatArray:
-        """Off the heading, -pi to pi."""
-        return np.asarray((direction - self.view.heading + pi) % tau - pi)
+class _Seen(NamedTuple):
+    """Where points lie for whoever looks from a square. Beams have their half width, rad."""
 
-    def _aside(self, bearing: FloatArray, slack: FloatArray) -> BoolArray:
-        """(n,) whether both ends surely lie beyond one and the same border of it."""
-        left, right = (bearing - self.half) % tau, (-bearing - self.half) % tau
-        beyond_left = ((left > slack) & (left < pi - slack)).all(axis=1)
-        beyond_right = ((right > slack) & (right < pi - slack)).all(axis=1)
-        return np.asarray(beyond_left | beyond_right)
+    bearing: FloatArray
+    """(SECTORS, ...) rad off the heading, from the square's middle."""
+    slack: FloatArray
+    """(...) rad: by how much it may differ."""
+
+    def within(self, beam: float) -> BoolArray:
+        """(SECTORS, ...) which may lie in the beam."""
+        return np.asarray(np.abs(self.bearing) <= self.slack + (beam + _ASIDE))
+
+    def crossed(self, beam: float) -> BoolArray:
+        """(SECTORS, n) which walls, by their two ends, may reach into the beam."""
+        behind = np.abs(self.bearing) - self.slack > 0.5 * pi + _ASIDE
+        return self.beside(beam) & ~behind.all(axis=-1)
+
+    def beside(self, beam: float) -> BoolArray:
+        """(SECTORS, n) which are not wholly beyond one and the same border of it; they may be behind."""
+        beyond_left, beyond_right = (
+            self._beyond(bearing - (beam + _ASIDE)).all(axis=-1) for bearing in (self.bearing, -self.bearing)
+        )
+        return np.asarray(~(beyond_left | beyond_right))
+
+    def _beyond(self, off: FloatArray) -> BoolArray:
+        """Which points surely lie in the half circle from a border on; `off` it, from -2 pi to pi."""
+        return np.asarray((off > self.slack) & (off < pi - self.slack) | (off < -pi - self.slack))
+
+
+def _off_headings(direction: FloatArray) -> FloatArray:
+    """(SECTORS, ...) rad, -pi to pi."""
+    off = direction - _HEADINGS.reshape(-1, *(1,) * direction.ndim)
+    return np.asarray(off - tau * np.rint(off / tau))
 
 
 def _ends(barriers: Sequence[Barrier]) -> FloatArray:

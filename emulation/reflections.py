@@ -1,7 +1,6 @@
 """From a world and a transducer in it to the echoes that come back (first order, then one or two mirrors)."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from math import atan2, inf
 from operator import attrgetter
 from typing import NamedTuple
@@ -91,7 +90,7 @@ class Listener:
             route = _Route((*route.stations, Station.at(pose)), (*route.mirrors, wall))
             heard = self._heard(route, specular(vista, route.stations[-1], allowed))
             if heard:
-                return [replace(echo, kind=_NAMES[Kind.BOUNCE]) for echo in heard]
+                return [Echo(echo.distance, echo.margin, _NAMES[Kind.BOUNCE]) for echo in heard]
         return []
 
     def _heard(self, route: _Route, reflectors: Sequence[Reflector]) -> list[Echo]:

@@ -56,7 +56,7 @@ def direct(world: World, vista: Vista, station: Station, ear: Ear) -> list[Refle
         *_planes(vista.smooth, station, ear.reach),
         *_corners(vista.corners, station, ear),
         *_edges(vista.edges, station, ear),
-        *(_nearest_on(post, station) for post in vista.posts),
+        *_posts(vista.posts, station, ear.beam_slope),
     ]
     heard = _heard(sources, station, ear)
     in_fan = [wall.number for wall in vista.rough if _in_fan(wall, station, ear)]
@@ -80,11 +80,12 @@ def _heard(sources: Iterable[_Source], station: Station, ear: Ear) -> list[Refle
     for x, y, loss, kind in sources:
         dx, dy = x - place_x, y - place_y
         ahead, left = dx * ray_x + dy * ray_y, dy * ray_x - dx * ray_y
-        distance = hypot(ahead, left)
-        if abs(left) <= slope * ahead and transducer.blanking <= distance <= transducer.reach:
-            loss += beam_loss(atan2(left, ahead), transducer.null_angle) + transducer.range_loss(distance)
-            if loss <= allowance:
-                reflectors.append(Reflector(x, y, distance, loss, kind))
+        if abs(left) <= slope * ahead:
+            distance = hypot(ahead, left)
+            if transducer.blanking <= distance <= transducer.reach:
+                loss += beam_loss(atan2(left, ahead), transducer.null_angle) + transducer.range_loss(distance)
+                if loss <= allowance:
+                    reflectors.append(Reflector(x, y, distance, loss, kind))
     return reflectors
 
 
@@ -123,14 +124,16 @@ def _in_beam(
                 yield x, y, distance, softness
 
 
-def _nearest_on(post: Post, station: Station) -> _Source:
-    """A cylinder answers from its nearest point."""
-    x, y, radius, softness = post
-    dx, dy = station.x - x, station.y - y
-    distance = max(hypot(dx, dy), radius)
-    share = radius / distance
-    loss = cylinder_loss(distance - radius, radius) + softness
-    return (x + share * dx, y + share * dy, loss, _CYLINDER)
+def _posts(posts: Iterable[Post], station: Station, slope: float) -> Iterator[_Source]:
+    """A cylinder answers from its nearest point, which lies where its axis does: in the beam, or not."""
+    place_x, place_y, ray_x, ray_y = station
+    for x, y, radius, softness in posts:
+        dx, dy = place_x - x, place_y - y
+        if abs(dy * ray_x - dx * ray_y) <= TOUCH - slope * (dx * ray_x + dy * ray_y):
+            distance = max(hypot(dx, dy), radius)
+            share = radius / distance
+            loss = cylinder_loss(distance - radius, radius) + softness
+            yield x + share * dx, y + share * dy, loss, _CYLINDER
 
 
 def _in_fan(wall: Wall, station: Station, ear: Ear) -> bool:

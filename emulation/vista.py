@@ -137,7 +137,18 @@ class Vista(NamedTuple):
                 first = way_x * (start_y - y) - way_y * (start_x - x)
                 if first * (first + way_x * span_y - way_y * span_x) <= 0.0:
                     return False
-        return not any(_passes(post, x, y, way_x, way_y) for post in self.posts)
+        return not self.posts or not self._crossed(x, y, way_x, way_y)
+
+    def _crossed(self, x: float, y: float, way_x: float, way_y: float) -> bool:
+        """Whether a sight line passes through a cylinder."""
+        square = max(way_x * way_x + way_y * way_y, TOUCH * TOUCH)
+        for post_x, post_y, radius, _ in self.posts:
+            to_x, to_y = post_x - x, post_y - y
+            share = min(max((to_x * way_x + to_y * way_y) / square, 0.0), 1.0)
+            miss_x, miss_y = to_x - share * way_x, to_y - share * way_y
+            if sqrt(miss_x * miss_x + miss_y * miss_y) < radius - TOUCH:
+                return True
+        return False
 
     def cast(self, origin: Point, ray: Point) -> tuple[float, int]:
         """Distance, m, of the first surface along a ray (unit vector) from the part, and the wall it is.
@@ -155,26 +166,20 @@ class Vista(NamedTuple):
                 reached = along_x * x + along_y * y - first + distance * (along_x * ray_x + along_y * ray_y)
                 if -TOUCH <= reached <= length + TOUCH:
                     nearest, struck = distance, number
-        on_post = min((_met(post, x, y, ray_x, ray_y) for post in self.posts), default=inf)
+        on_post = self._met(x, y, ray_x, ray_y) if self.posts else inf
         return (on_post, NO_WALL) if on_post <= nearest else (nearest, struck)
 
-
-def _passes(post: Post, x: float, y: float, way_x: float, way_y: float) -> bool:
-    """Whether a sight line passes through a cylinder."""
-    to_x, to_y = post.x - x, post.y - y
-    share = (to_x * way_x + to_y * way_y) / max(way_x * way_x + way_y * way_y, TOUCH * TOUCH)
-    share = min(max(share, 0.0), 1.0)
-    miss_x, miss_y = to_x - share * way_x, to_y - share * way_y
-    return sqrt(miss_x * miss_x + miss_y * miss_y) < post.radius - TOUCH
-
-
-def _met(post: Post, x: float, y: float, ray_x: float, ray_y: float) -> float:
-    """Distance, m, at which a ray enters a cylinder; inf for a miss."""
-    to_x, to_y = post.x - x, post.y - y
-    middle = to_x * ray_x + to_y * ray_y
-    inside = middle * middle - (to_x * to_x + to_y * to_y) + post.radius * post.radius
-    distance = middle - sqrt(max(inside, 0.0))
-    return distance if inside >= 0.0 and distance > TOUCH else inf
+    def _met(self, x: float, y: float, ray_x: float, ray_y: float) -> float:
+        """Distance, m, at which a ray enters the first cylinder; inf where there is none."""
+        nearest = inf
+        for post_x, post_y, radius, _ in self.posts:
+            to_x, to_y = post_x - x, post_y - y
+            middle = to_x * ray_x + to_y * ray_y
+            if middle > TOUCH:
+                inside = middle * middle - (to_x * to_x + to_y * to_y) + radius * radius
+                if inside >= 0.0 and TOUCH < (distance := middle - sqrt(inside)) < nearest:
+                    nearest = distance
+        return nearest
 
 
 class _Part(NamedTuple):

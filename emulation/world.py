@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from echogrid.emulation.ear import Ear
-from echogrid.emulation.glimpse import SECTORS, View, glimpse
+from echogrid.emulation.glimpse import SECTORS, Panorama, Square
 from echogrid.emulation.notches import find_notches
 from echogrid.emulation.vista import TOUCH, Barrier, Notch, Post, Vista, Wall
 from echogrid.emulation.walker import Walker
@@ -112,10 +112,16 @@ class World:
         seen = glimpses.get(key)
         if seen is None:
             col, row, sector = key
-            middle = (col + 0.5) * _CELL, (row + 0.5) * _CELL
-            view = View(*middle, hypot(0.5, 0.5) * _CELL, sector)
-            seen = glimpses[key] = glimpse(self.vista_at(*middle), view, ear)
+            seen = glimpses[key] = self._panorama(ear, col, row).glimpse(sector)
         return seen
+
+    def _panorama(self, ear: Ear, col: int, row: int) -> Panorama:
+        panorama = self._panoramas.get((ear, col, row))
+        if panorama is None:
+            middle = (col + 0.5) * _CELL, (row + 0.5) * _CELL
+            square = Square(*middle, hypot(0.5, 0.5) * _CELL)
+            panorama = self._panoramas[ear, col, row] = Panorama(self.vista_at(*middle), square, ear)
+        return panorama
 
     def vista_of(self, wall: int) -> Vista:
         """What may be seen from a wall."""
@@ -147,6 +153,10 @@ class World:
 
     @cached_property
     def _glimpses(self) -> dict[Ear, dict[tuple[int, int, int], Vista]]:
+        return {}
+
+    @cached_property
+    def _panoramas(self) -> dict[tuple[Ear, int, int], Panorama]:
         return {}
 
     @cached_property
@@ -234,4 +244,4 @@ class Moment(NamedTuple):
         return self._peopled(self.world.vista_of(wall))
 
     def _peopled(self, vista: Vista) -> Vista:
-        return vista._replace(posts=vista.posts + self.people) if self.people else vista
+        return Vista(*vista[:-1], vista.posts + self.people) if self.people else vista

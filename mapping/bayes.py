@@ -14,9 +14,6 @@ from echogrid.mapping.sounding import Sounding
 MILLI = 1000.0
 """Milli-nats in a nat."""
 
-Cells = tuple[NDArray[np.intp], NDArray[np.intp]]
-"""Rows and columns of single cells."""
-
 
 class BayesGrid:
     """Recursive Bayes (11.6) with prior 1/2: independent evidence adds in log-odds.
@@ -38,18 +35,17 @@ class BayesGrid:
     def update(self, sounding: Sounding) -> Patch | None:
         """Fuse one ping; the patch that it touched, None if it said nothing."""
         cone = cast(self.geometry, self._model.believed(sounding))
-        rows, _ = self.fuse(cone)
-        return cone.patch if len(rows) else None
+        return cone.patch if len(self.fuse(cone)) else None
 
-    def fuse(self, cone: Cone) -> Cells:
-        """Fuse one ping; the cells of which it spoke."""
+    def fuse(self, cone: Cone) -> NDArray[np.intp]:
+        """Fuse one ping; the cells of which it spoke, as row * columns + column."""
         quantised = np.rint(evidence(cone, self._model, self._no_echo) * MILLI).astype(np.int32)
-        speaks = quantised != 0
-        rows, cols = cone.rows[speaks], cone.cols[speaks]
-        total = self.log_odds[rows, cols] + quantised[speaks]
-        self.log_odds[rows, cols] = np.minimum(np.maximum(total, -self._limit), self._limit)
-        self._seen[rows, cols] = True
-        return rows, cols
+        (speaks,) = quantised.nonzero()
+        cells = cone.cells.take(speaks)
+        total = self.log_odds.take(cells) + quantised.take(speaks)
+        self.log_odds.put(cells, np.minimum(np.maximum(total, -self._limit), self._limit))
+        self._seen.put(cells, True)
+        return cells
 
     def fade(self, factor: float) -> None:
         """Let all evidence fade towards nothing."""

@@ -6,6 +6,7 @@ axis is in region I if |r - s| <= tolerance (an echo at s: probably occupied), i
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import cos, pi, sin, tan
 
 import numpy as np
@@ -25,14 +26,14 @@ class Cone:
 
     patch: Patch
     """The part of the grid that holds them all."""
-    rows: NDArray[np.intp]
-    cols: NDArray[np.intp]
+    geometry: GridGeometry
+    """The grid's."""
+    cells: NDArray[np.intp]
+    """Which they are: row * columns + column, rising."""
     distance: Floats
     """m, r: from the transducer to the cell's centre."""
     bearing: Floats
     """rad, |alpha|: off the axis."""
-    belief: Floats
-    """b: how strongly the ping speaks, 0...1."""
     occupied: NDArray[np.bool_]
     """True in region I, False in region II."""
     echo: bool
@@ -41,6 +42,21 @@ class Cone:
     """As it was believed to be."""
     reading: float
     """m, s; the reach if nothing came back."""
+
+    @property
+    def rows(self) -> NDArray[np.intp]:
+        """Of the cells."""
+        return self.cells // self.geometry.cols
+
+    @property
+    def cols(self) -> NDArray[np.intp]:
+        """Of the cells."""
+        return self.cells % self.geometry.cols
+
+    @property
+    def belief(self) -> Floats:
+        """b: how strongly the ping speaks, 0...1."""
+        return belief(self.distance, self.bearing, self.ranger.farthest, self.ranger.half_angle)
 
 
 def belief(distance: Floats, bearing: Floats, farthest: float, half_angle: float) -> Floats:
@@ -69,21 +85,26 @@ def cast(geometry: GridGeometry, sounding: Sounding) -> Cone:
     inside &= squared <= reach * reach
     # One-dimensional arrays are picked from several times as quickly as two-dimensional ones.
     (chosen,) = inside.ravel().nonzero()
-    rows, cols = np.divmod(chosen, max(inside.shape[1], 1))
-    distance = np.sqrt(squared.ravel()[chosen])
-    bearing = np.abs(np.arctan2(across.ravel()[chosen], along.ravel()[chosen]))
+    distance = np.sqrt(squared.take(chosen))
     return Cone(
         patch,
-        rows + patch[0].start,
-        cols + patch[1].start,
+        geometry,
+        _cells(geometry, patch, chosen),
         distance,
-        bearing,
-        belief(distance, bearing, ranger.farthest, ranger.half_angle),
-        distance >= s - band if echo else np.zeros(len(rows), np.bool_),
+        np.abs(np.arctan2(across.take(chosen), along.take(chosen))),
+        distance >= s - band if echo else np.zeros(len(chosen), np.bool_),
         echo,
         ranger,
         s,
     )
+
+
+def _cells(geometry: GridGeometry, patch: Patch, chosen: NDArray[np.intp]) -> NDArray[np.intp]:
+    """The grid's numbers of cells of a patch, by their numbers in it."""
+    width = max(patch[1].stop - patch[1].start, 1)
+    first = patch[0].start * geometry.cols + patch[1].start
+    cells: NDArray[np.intp] = chosen // width * (geometry.cols - width) + chosen + first
+    return cells
 
 
 def _inside(along: Floats, across: Floats, half_angle: float, resolution: float) -> NDArray[np.bool_]:
@@ -95,15 +116,17 @@ def _inside(along: Floats, across: Floats, half_angle: float, resolution: float)
 
 def _sensor_frame(geometry: GridGeometry, patch: Patch, transducer: Pose) -> tuple[Floats, Floats]:
     """The patch's cell centres along and across the axis, m."""
-    dx = geometry.x + _middles(patch[1]) * geometry.resolution - transducer.x
-    dy = (geometry.y + _middles(patch[0]) * geometry.resolution - transducer.y)[:, np.newaxis]
+    resolution = geometry.resolution
+    dx = _centres(geometry.x, resolution, geometry.cols)[patch[1]] - transducer.x
+    dy = _centres(geometry.y, resolution, geometry.rows)[patch[0], np.newaxis] - transducer.y
     c, s = cos(transducer.yaw), sin(transducer.yaw)
     return c * dx + s * dy, c * dy - s * dx
 
 
-def _middles(part: slice) -> Floats:
-    """(n,) of the cells of a part, in cells."""
-    return np.arange(part.start, part.stop, dtype=np.float64) + 0.5
+@lru_cache(maxsize=64)
+def _centres(first: float, resolution: float, count: int) -> Floats:
+    """(n,) m: of so many cells in a row, the first of which begins there."""
+    return first + (np.arange(count, dtype=np.float64) + 0.5) * resolution
 
 
 def _bounds(

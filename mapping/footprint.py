@@ -31,7 +31,7 @@ class Footprint:
         """(k,) m, of the side from each corner to the next."""
         self.along: tuple[Floats, Floats] = dx / self.length, dy / self.length
         """(k,) each: the direction of that side."""
-        self._rise, self._run = dy, dx
+        self._rise, self._run = np.where(dy == 0.0, 1.0, dy)[:, np.newaxis], dx[:, np.newaxis]
         self.reach = max(hypot(x, y) for x, y in self.corners)
         """m from base_link to the farthest corner."""
 
@@ -44,7 +44,7 @@ class Footprint:
         """(n,) m from points (n,) to the outline; 0 within."""
         px, py = x - self.x[:, np.newaxis], y - self.y[:, np.newaxis]
         ex, ey = (each[:, np.newaxis] for each in self.along)
-        foot = np.clip(px * ex + py * ey, 0.0, self.length[:, np.newaxis])
+        foot = np.minimum(np.maximum(px * ex + py * ey, 0.0), self.length[:, np.newaxis])
         away = np.hypot(px - foot * ex, py - foot * ey).min(axis=0)
         result: Floats = np.where(self.contains(x, y), 0.0, away)
         return result
@@ -52,10 +52,9 @@ class Footprint:
     def contains(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
         """(n,) Whether points (n,) lie within: a ray from each crosses the outline an odd number of times."""
         below = self.y[:, np.newaxis] <= y
-        crosses = below != np.roll(below, -1, axis=0)
-        rise = np.where(self._rise == 0.0, 1.0, self._rise)[:, np.newaxis]
-        at = self.x[:, np.newaxis] + (y - self.y[:, np.newaxis]) / rise * self._run[:, np.newaxis]
-        odd: NDArray[np.bool_] = (crosses & (at > x)).sum(axis=0) % 2 == 1
+        crosses = below != np.concatenate((below[1:], below[:1]))
+        at = self.x[:, np.newaxis] + (y - self.y[:, np.newaxis]) / self._rise * self._run
+        odd: NDArray[np.bool_] = np.logical_xor.reduce(crosses & (at > x), axis=0)
         return odd
 
 

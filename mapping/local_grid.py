@@ -5,7 +5,7 @@ from math import exp, floor, radians, tau
 import numpy as np
 from numpy.typing import NDArray
 
-from echogrid.mapping.bayes import BayesGrid, Cells
+from echogrid.mapping.bayes import BayesGrid
 from echogrid.mapping.cone import Cone, cast
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.pose import Pose
@@ -83,14 +83,15 @@ class LocalGrid:
         tolerance = self._tolerance if ranger.tolerance is None else ranger.tolerance
         cone = cast(self.geometry, Sounding(transducer, ranger, echo_distance, tolerance))
         held = self._held(cone, transducer.yaw)
-        before = self.grid.log_odds[held]
+        before = self.grid.log_odds.take(held)
         spoken = self.grid.fuse(cone)
-        self.grid.log_odds[held] = before
-        self.seen_ns[spoken] = np.maximum(self.seen_ns[spoken], stamp_ns)
-        self._axis[cone.rows[cone.occupied], cone.cols[cone.occupied]] = transducer.yaw
-        if echo_distance is not None:
-            for x, y in self._walls.beyond(transducer, ranger, echo_distance, stamp_ns):
-                self._expect(x, y, transducer.yaw, stamp_ns)
+        self.grid.log_odds.put(held, before)
+        self.seen_ns.put(spoken, np.maximum(self.seen_ns.take(spoken), stamp_ns))
+        if echo_distance is None:
+            return
+        self._axis.put(cone.cells[cone.occupied], transducer.yaw)
+        for x, y in self._walls.beyond(transducer, ranger, echo_distance, stamp_ns):
+            self._expect(x, y, transducer.yaw, stamp_ns)
 
     def _expect(self, x: float, y: float, yaw: float, stamp_ns: int) -> None:
         """Take an obstacle for likely that nobody has heard yet."""
@@ -102,14 +103,12 @@ class LocalGrid:
             self._axis[row, col] = yaw
             self.seen_ns[row, col] = max(self.seen_ns[row, col], stamp_ns)
 
-    def _held(self, cone: Cone, yaw: float) -> Cells:
+    def _held(self, cone: Cone, yaw: float) -> NDArray[np.intp]:
         """The cone's cells that answered from another direction, from which this ping says nothing."""
-        rows, cols = cone.rows[~cone.occupied], cone.cols[~cone.occupied]
-        answered = self.grid.log_odds[rows, cols] > 0
-        rows, cols = rows[answered], cols[answered]
-        away = self._axis[rows, cols] - yaw
-        aside = np.abs(away - tau * np.rint(away / tau)) > _ASIDE
-        return rows[aside], cols[aside]
+        nearer = cone.cells[~cone.occupied]
+        answered = nearer[self.grid.log_odds.take(nearer) > 0]
+        away = self._axis.take(answered) - yaw
+        return answered[np.abs(away - tau * np.rint(away / tau)) > _ASIDE]
 
 
 def _window(corner: tuple[int, int], resolution: float, cells: int) -> GridGeometry:

@@ -95,7 +95,7 @@ def posterior(given_occupied: float, given_empty: float, prior: float) -> float:
 
 def log_odds(probability: Floats) -> Floats:
     """ln(p/(1-p)), with p kept from 0 and 1."""
-    p = np.clip(probability, _SUREST, 1.0 - _SUREST)
+    p = np.minimum(np.maximum(probability, _SUREST), 1.0 - _SUREST)
     result: Floats = np.log(p) - np.log1p(-p)
     return result
 

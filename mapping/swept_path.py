@@ -6,6 +6,7 @@ crossing of that with the outline, widened by a radius, is the touch. The widene
 sides moved outwards and by circles around its corners.
 """
 
+from functools import lru_cache
 from math import hypot, inf, tau
 
 import numpy as np
@@ -65,10 +66,16 @@ def _in_band(footprint: Footprint, twist: Twist, x: Floats, y: Floats, radius: f
         return beside
     centre = twist.speed / twist.turn_rate
     away = np.hypot(x, y - centre)
-    farthest = np.hypot(footprint.x, footprint.y - centre).max()
-    nearest = footprint.distance(np.zeros(1), np.array([centre]))[0]
+    nearest, farthest = _ring(footprint, centre)
     inside: NDArray[np.bool_] = (away >= nearest - radius) & (away <= farthest + radius)
     return inside
+
+
+@lru_cache(maxsize=16)
+def _ring(footprint: Footprint, centre: float) -> tuple[float, float]:
+    """m from a centre of rotation, (0, centre), to the nearest and the farthest of the footprint."""
+    farthest = np.hypot(footprint.x, footprint.y - centre).max()
+    return float(footprint.distance(np.zeros(1), np.array([centre]))[0]), float(farthest)
 
 
 def _straight(
@@ -99,25 +106,51 @@ def _arc(footprint: Footprint, twist: Twist, points: tuple[Floats, Floats], radi
     centre, sense = twist.speed / twist.turn_rate, -1.0 if twist.turn_rate > 0.0 else 1.0
     x, y = points[0], points[1] - centre
     away, angle = np.hypot(x, y), np.arctan2(y, x)
-    ex, ey = (each[:, np.newaxis] for each in footprint.along)
-    cx, cy = footprint.x[:, np.newaxis], footprint.y[:, np.newaxis] - centre
+    ex, ey = footprint.along
+    cx, cy = footprint.x, footprint.y - centre
     off, start, normal = cx * ey - cy * ex, cx * ex + cy * ey, np.arctan2(-ex, ey)
-    turns = np.full(len(away), inf)
+    side, point = _pairs(away, off, (start, start + footprint.length), 0.0 if radius is None else radius)
+    far, turns = away[point], np.full(len(away), inf)
+
+    def meet(met: NDArray[np.bool_], direction: Floats) -> None:
+        """Points of pairs turn until they are seen in a direction."""
+        points = point[met]
+        np.minimum.at(turns, points, sense * (direction - angle[points]) % tau)
+
     with np.errstate(divide="ignore", invalid="ignore"):
-        for side in _sides(radius):
-            middle = off + side
-            chord = np.sqrt((away - middle) * (away + middle))
+        for out in (0.0,) if radius is None else (radius[point], -radius[point]):
+            middle = off[side] + out
+            chord = np.sqrt((far - middle) * (far + middle))
             for half in (chord, -chord):
-                turn = sense * (normal + np.arctan2(half, middle) - angle) % tau
-                at = half - start
-                turns = _soonest(turns, turn, (at >= 0.0) & (at <= footprint.length[:, np.newaxis]))
+                at = half - start[side]
+                met = (at >= 0.0) & (at <= footprint.length[side])
+                meet(met, normal[side[met]] + np.arctan2(half[met], middle[met]))
         if radius is not None:
-            corner, bearing = np.hypot(cx, cy), np.arctan2(cy, cx)
-            square = (radius - (away - corner)) * (radius + (away - corner)) / (4.0 * away * corner)
-            spread = 2.0 * np.arcsin(np.sqrt(square))
+            corner, bearing, disc = np.hypot(cx, cy)[side], np.arctan2(cy, cx)[side], radius[point]
+            square = (disc - (far - corner)) * (disc + (far - corner)) / (4.0 * far * corner)
+            root = np.sqrt(square)
+            met = root <= 1.0
+            spread = 2.0 * np.arcsin(root[met])
             for half in (spread, -spread):
-                turns = _soonest(turns, sense * (bearing + half - angle) % tau, np.isfinite(spread))
+                meet(met, bearing[met] + half)
     return turns / abs(twist.turn_rate)
+
+
+def _pairs(
+    away: Floats, off: Floats, ends: tuple[Floats, Floats], radius: Floats | float
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """(m,) sides and points which are as far from the centre of rotation as they must be to meet.
+
+    They are few of all pairs. `off` is how far each side's line passes from the centre, `ends` are those of
+    the side on it.
+    """
+    start, end = ends
+    nearest = np.hypot(off, np.minimum(np.maximum(start, 0.0), end))
+    farthest = np.hypot(off, np.maximum(np.abs(start), np.abs(end)))
+    room = radius + _TOUCH  # for rounding
+    pairs = (away + room >= nearest[:, np.newaxis]) & (away - room <= farthest[:, np.newaxis])
+    side, point = pairs.nonzero()
+    return side, point
 
 
 def _sides(radius: Floats | None) -> tuple[Floats | float, ...]:
