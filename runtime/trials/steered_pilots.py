@@ -106,5 +106,5 @@ def vfh_plus(robot: Robot) -> Steered:
 
 def planned(robot: Robot) -> Steered:
     """VFH+ towards the next stretch of a way that is planned over all that was seen so far."""
-    planning = Planning(radius=robot.radius, prices=Prices())
+    planning = Planning(radius=robot.radius, prices=Prices(keep=robot.radius + _MARGIN))
     return Steered(VfhPlus, robot, Planner(planning))
