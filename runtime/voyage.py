@@ -159,8 +159,6 @@ class Voyage:
 
     def _enter(self, leg: Leg) -> None:
         self.leg, self._since_ns, self._held = leg, None, False
-        if leg is Leg.OVER:
-            self._mode.close()
 
 
 def commissioned(

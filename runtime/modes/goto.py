@@ -1,6 +1,6 @@
 """Towards a point, past what stands in the way."""
 
-from math import hypot
+from math import hypot, inf
 
 from echogrid.mapping.steering.goal import towards
 from echogrid.mapping.steering.navigator import Moment, Navigator
@@ -13,6 +13,8 @@ ARRIVED = 0.15
 """m: so near it is there."""
 _STUCK_M = 0.3
 _STUCK_NS = 20_000_000_000
+_DETOUR_NS = 90_000_000_000
+"""So long it may take to come nearer to the goal than it ever was."""
 
 
 class Goto:
@@ -26,6 +28,8 @@ class Goto:
         self._navigator = navigator
         self._goal = x, y
         self._progress = Progress(_STUCK_M, _STUCK_NS)
+        self._nearest = 0, inf
+        """When, and how near (m), it was nearest."""
 
     def wish(self, situation: Situation) -> Twist:
         """As the navigator says."""
@@ -36,13 +40,17 @@ class Goto:
         course = self._navigator.steer(
             situation.local, moment, goal, situation.elapsed_s, situation.latency_s
         )
-        tried = self._navigator.recovery.stage is Stage.STUCK
-        if self._progress.lacking(situation.now_ns, situation.pose) or tried:
+        if self._is_stuck(situation, goal.distance):
             return self._over(situation, reached=False)
         return course.twist
 
-    def close(self) -> None:
-        """It holds nothing."""
+    def _is_stuck(self, situation: Situation, distance: float) -> bool:
+        now_ns = situation.now_ns
+        if distance < self._nearest[1] - _STUCK_M:
+            self._nearest = now_ns, distance
+        astray = now_ns - self._nearest[0] >= _DETOUR_NS
+        stands = self._progress.lacking(now_ns, situation.pose)
+        return astray or stands or self._navigator.recovery.stage is Stage.STUCK
 
     def _over(self, situation: Situation, reached: bool) -> Twist:
         x, y = situation.pose.x, situation.pose.y

@@ -18,7 +18,3 @@ class Guard:
     def wish(self, situation: Situation) -> Twist:
         """The newest one."""
         return self._wishes.poll(situation.now_ns)
-
-    def close(self) -> None:
-        """Let the source of wishes go."""
-        self._wishes.close()

@@ -1,5 +1,6 @@
 """The modes that steer, from a robot's configuration."""
 
+from dataclasses import replace
 from math import radians, sin
 
 from echogrid.mapping.free_path import PathSensor
@@ -9,13 +10,19 @@ from echogrid.mapping.steering.obstacles import Belief, Obstacles
 from echogrid.mapping.steering.vfh_plus import VfhPlus
 from echogrid.mapping.steering.window import Body, Window
 from echogrid.runtime import assembly
-from echogrid.runtime.config import Config
+from echogrid.runtime.config import Config, LoopConfig
+from echogrid.runtime.drive_run import LEAST_HZ
 from echogrid.runtime.hull import footprint
 from echogrid.runtime.modes.goto import Goto
 from echogrid.runtime.modes.wander import Wander
 
 _AHEAD = radians(45.0)
 """The half angle in which the stop layer stops whoever drives ahead."""
+
+
+def brisk(config: Config) -> Config:
+    """The same with a loop that is quick enough to drive by."""
+    return replace(config, loop=LoopConfig(max(config.loop.rate_hz, LEAST_HZ)))
 
 
 def goto(config: Config, x: float, y: float) -> Goto:

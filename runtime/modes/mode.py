@@ -47,7 +47,3 @@ class Mode(Protocol):
     def wish(self, situation: Situation) -> Twist:
         """The twist that is wanted; what of it is safe is decided elsewhere."""
         ...
-
-    def close(self) -> None:
-        """Let go what it holds."""
-        ...

@@ -47,9 +47,6 @@ class Wander:
         self._blocked = blocked
         return course.twist
 
-    def close(self) -> None:
-        """It holds nothing."""
-
     def _goal(self, now_ns: int, pose: Pose) -> Goal:
         if self._turn is not None:
             since_ns, bearing = self._turn
