@@ -26,9 +26,7 @@ _SWITCH_INTERVAL_S = 1e-4
 
 
 @contextmanager
-def live_run(
-    config: Config, folder: Path, mode: Mode | None = None
-) -> Iterator[tuple[Run, list[str]]]:
+def live_run(config: Config, folder: Path, mode: Mode | None = None) -> Iterator[tuple[Run, list[str]]]:
     """The run, ready to go with its bus threads at work, and what is wrong with ports that did not open.
     It drives if there is a mode.
 

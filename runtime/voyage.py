@@ -65,9 +65,7 @@ class Voyage:
         what = self._helm.state.value if self.leg is Leg.UNDER_WAY else self.leg.value
         return f"{self._mode.name}: {'held' if self._held else what}"
 
-    def tick(
-        self, snapshot: Snapshot, readings: Sequence[Reading], reports: Sequence[DeviceReport]
-    ) -> None:
+    def tick(self, snapshot: Snapshot, readings: Sequence[Reading], reports: Sequence[DeviceReport]) -> None:
         """Ask the motors for what is to come."""
         now_ns = snapshot.stamp_ns
         wheels = [each for each in reports if each.device in self._wheels]
@@ -97,7 +95,7 @@ class Voyage:
 
     def _drive(self, snapshot: Snapshot, wheels: Sequence[DeviceReport]) -> None:
         now_ns = snapshot.stamp_ns
-        wanted = self._wanted(snapshot) if self._helm.state is HelmState.DRIVING else STANDSTILL
+        wanted = self._wanted(snapshot)
         self._asked = self._helm.steer(now_ns, wanted, wheels)
         if self._helm.state is HelmState.DRIVING:
             self._since_ns = now_ns
@@ -108,8 +106,10 @@ class Voyage:
     def _wanted(self, snapshot: Snapshot) -> Twist:
         """The safe part of what the mode wishes."""
         now_ns, pose_ns = snapshot.stamp_ns, snapshot.pose_ns
-        if pose_ns is None or now_ns - pose_ns > POSE_NS:
-            return self._counted(STANDSTILL, held=True)
+        lost = pose_ns is None or now_ns - pose_ns > POSE_NS
+        if lost or self._helm.state is not HelmState.DRIVING:
+            self._mode.rest(now_ns)
+            return self._counted(STANDSTILL, held=False)
         wish = self._mode.wish(self._situation(snapshot))
         wanted = self._safe(now_ns, wish)
         return self._counted(wanted, held=wanted.stands and not wish.stands)

@@ -44,6 +44,10 @@ class Goto:
             return self._over(situation, reached=False)
         return course.twist
 
+    def rest(self, now_ns: int) -> None:
+        """Who can't drive is not stuck."""
+        self._progress.forget()
+
     def _is_stuck(self, situation: Situation, distance: float) -> bool:
         now_ns = situation.now_ns
         if distance < self._nearest[1] - _STUCK_M:

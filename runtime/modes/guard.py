@@ -18,3 +18,7 @@ class Guard:
     def wish(self, situation: Situation) -> Twist:
         """The newest one."""
         return self._wishes.poll(situation.now_ns)
+
+    def rest(self, now_ns: int) -> None:
+        """Hear what is wished for, lest it wait in the socket and be taken for fresh afterwards."""
+        self._wishes.poll(now_ns)

@@ -36,7 +36,7 @@ class End:
 
 
 class Mode(Protocol):
-    """One thread owns it. It is asked only while the motors are ready."""
+    """One thread owns it. In each tick it is asked for its wish or, while the robot can't drive, told to rest."""
 
     name: str
     end: End | None
@@ -46,4 +46,8 @@ class Mode(Protocol):
 
     def wish(self, situation: Situation) -> Twist:
         """The twist that is wanted; what of it is safe is decided elsewhere."""
+        ...
+
+    def rest(self, now_ns: int) -> None:
+        """The robot can't drive now: what is wished for meanwhile counts for nothing afterwards."""
         ...

@@ -23,3 +23,7 @@ class Progress:
         if got_on or late:
             self._anchor = now_ns, pose
         return late and not got_on
+
+    def forget(self) -> None:
+        """Watch from the next time on."""
+        self._anchor = None

@@ -47,6 +47,10 @@ class Wander:
         self._blocked = blocked
         return course.twist
 
+    def rest(self, now_ns: int) -> None:
+        """Who can't drive is not stuck."""
+        self._progress.forget()
+
     def _goal(self, now_ns: int, pose: Pose) -> Goal:
         if self._turn is not None:
             since_ns, bearing = self._turn

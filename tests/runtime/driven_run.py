@@ -2,9 +2,10 @@
 
 import json
 import socket
-from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from socket import MSG_DONTWAIT
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from echogrid.runtime.hull import footprint
 from echogrid.runtime.loop import SECOND_NS
 from echogrid.runtime.modes.mode import Mode
 from echogrid.runtime.service import Run
-from echogrid.runtime.simulated_run import START_NS, simulated_run
+from echogrid.runtime.simulated_run import simulated_run
 from echogrid.runtime.status import Status
 from echogrid.runtime.voyage import Voyage
 
@@ -50,7 +51,8 @@ class Wisher:
     ) -> None:
         if self.wish:
             wanted = {"speed": self.wish.speed, "turn_rate": self.wish.turn_rate}
-            self.sender.sendto(json.dumps(wanted).encode(), str(self.address))
+            with suppress(BlockingIOError):  # Nobody hears while the robot pauses.
+                self.sender.sendto(json.dumps(wanted).encode(), MSG_DONTWAIT, str(self.address))
 
 
 class Drive:
@@ -89,7 +91,7 @@ class Drive:
         until_ns = self.now_ns + round(seconds * SECOND_NS)
         while self.now_ns < until_ns:
             now_ns = next(self._ticks)
-            self.run._tick(now_ns, self.run.acquisition.drain())  # noqa: SLF001 - a tick by hand
+            self.run._tick(now_ns, self.run.acquisition.drain())
 
     def pause(self, seconds: float) -> None:
         """Nobody ticks; buses go on."""
@@ -102,13 +104,3 @@ class Drive:
 
     def _show(self, _: Status) -> None:
         pass
-
-
-def seconds_since_start(now_ns: int) -> float:
-    """s."""
-    return (now_ns - START_NS) / SECOND_NS
-
-
-def speeds(asked: Sequence[Twist]) -> list[float]:
-    """m/s."""
-    return [each.speed for each in asked]
