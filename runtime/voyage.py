@@ -34,8 +34,8 @@ class Leg(Enum):
 class Voyage:
     """Called after each tick. A mode's end, or `stop`, leads to zero, and then the motors are let go.
 
-    What a mode wishes is driven as far as the way along it allows, at the same curve; if it must not be driven,
-    what it says of turning is, as far as that is free.
+    What a mode wishes is driven as far as the way along it allows, at the same curve; if it must not be
+    driven, what it says of turning is, as far as that is free.
     """
 
     def __init__(self, fusion: Fusion, helm: Helm, mode: Mode, wheels: Sequence[str]) -> None:

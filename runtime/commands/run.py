@@ -1,4 +1,4 @@
-"""echogrid run: map, watch for obstacles and, if told to, drive, with a robot's devices or an emulated robot's."""
+"""echogrid run: map, watch for obstacles and, if told to, drive; a robot, or an emulated one."""
 
 import argparse
 import json

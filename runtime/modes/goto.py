@@ -44,7 +44,7 @@ class Goto:
             return self._over(situation, reached=False)
         return course.twist
 
-    def rest(self, now_ns: int) -> None:
+    def rest(self, _now_ns: int) -> None:
         """Who can't drive is not stuck."""
         self._progress.forget()
 

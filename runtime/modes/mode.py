@@ -36,7 +36,7 @@ class End:
 
 
 class Mode(Protocol):
-    """One thread owns it. In each tick it is asked for its wish or, while the robot can't drive, told to rest."""
+    """One thread owns it. In each tick it is asked for its wish or, while it can't drive, told to rest."""
 
     name: str
     end: End | None
@@ -48,6 +48,6 @@ class Mode(Protocol):
         """The twist that is wanted; what of it is safe is decided elsewhere."""
         ...
 
-    def rest(self, now_ns: int) -> None:
+    def rest(self, now_ns: int, /) -> None:
         """The robot can't drive now: what is wished for meanwhile counts for nothing afterwards."""
         ...

@@ -1,16 +1,18 @@
 """Wherever it is free."""
 
-from math import pi
+from math import pi, radians
 from random import Random
 
 from echogrid.mapping.pose import Pose, wrap_angle
+from echogrid.mapping.steering.decision import Decision
 from echogrid.mapping.steering.goal import Goal, ahead
 from echogrid.mapping.steering.navigator import Moment, Navigator
-from echogrid.mapping.steering.recovery import Stage
 from echogrid.mapping.twist import Twist
 from echogrid.runtime.modes.mode import End, Situation
 from echogrid.runtime.modes.progress import Progress
 
+_ASIDE = radians(60.0)
+"""Who must turn by more than this is blocked."""
 _TURNED = 0.35
 """rad: so well turned to a new direction it goes straight on."""
 _TURN_NS = 10_000_000_000
@@ -30,7 +32,6 @@ class Wander:
         self._navigator = navigator
         self._random = Random(seed)
         self._progress = Progress(_BORED_M, _BORED_NS)
-        self._blocked = False
         self._turn: tuple[int, float] | None = None
         """A new direction (rad, odom frame), and since when it is the goal."""
 
@@ -41,13 +42,12 @@ class Wander:
         course = self._navigator.steer(
             situation.local, moment, self._goal(now_ns, pose), situation.elapsed_s, situation.latency_s
         )
-        blocked = self._navigator.recovery.stage is not Stage.NONE
-        if self._progress.lacking(now_ns, pose) or (blocked and not self._blocked):
+        blocked = self._turn is None and not _leads_on(course.decision, pose)
+        if self._progress.lacking(now_ns, pose) or blocked:
             self._turn = now_ns, self._random.uniform(-pi, pi)
-        self._blocked = blocked
         return course.twist
 
-    def rest(self, now_ns: int) -> None:
+    def rest(self, _now_ns: int) -> None:
         """Who can't drive is not stuck."""
         self._progress.forget()
 
@@ -58,3 +58,8 @@ class Wander:
                 return Goal(bearing)
             self._turn = None
         return ahead(pose)
+
+
+def _leads_on(decision: Decision, pose: Pose) -> bool:
+    """Whether the heading is about straight ahead."""
+    return decision.heading is not None and abs(wrap_angle(decision.heading - pose.yaw)) <= _ASIDE
