@@ -45,13 +45,13 @@ def live_run(config: Config, folder: Path, mode: Mode | None = None) -> Iterator
     if len(closed) == len(pumps):
         raise PortError("\n".join([*closed, "no port could be opened"]))
     publisher = Publisher(made)
-    with closing(publisher), _quick_threads(), ThreadedAcquisition(pumps, queue) as acquisition:
+    with closing(publisher), quick_threads(), ThreadedAcquisition(pumps, queue) as acquisition:
         loop = FixedRateLoop(clock, config.loop.rate_hz)
         yield Run(fusion, loop, acquisition, clock, publisher=publisher, voyage=voyage), closed
 
 
 @contextmanager
-def _quick_threads() -> Iterator[None]:
+def quick_threads() -> Iterator[None]:
     """Keep the loop from waiting: for a bus thread's turn, or for what is there to stay to be collected."""
     before_s = sys.getswitchinterval()
     sys.setswitchinterval(_SWITCH_INTERVAL_S)

@@ -75,7 +75,8 @@ def unix_socket(path: Path) -> socket.socket:
 
 
 def udp_socket(port: int, host: str = "127.0.0.1") -> socket.socket:
-    """Bound to that port, of this machine alone unless another host is given. Raises OSError."""
+    """Bound to that port, of this machine alone unless another host is given. Raises OSError, and
+    OverflowError for what is no port."""
     return _bound(socket.AF_INET, (host, port))
 
 
@@ -83,7 +84,7 @@ def _bound(family: socket.AddressFamily, address: str | tuple[str, int]) -> sock
     heard = socket.socket(family, socket.SOCK_DGRAM)
     try:
         heard.bind(address)
-    except OSError:
+    except (OSError, OverflowError):
         heard.close()
         raise
     return heard
