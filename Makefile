@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 ARGS ?=
 CODE := src/echogrid/*/ src tests hil_tests examples
 
-.PHONY: run test check fuzz bench faults hil evaluate trial trials learn figures lock clean
+.PHONY: run test check fuzz bench latency faults hil evaluate trial trials learn figures lock clean
 
 run: $(VENV)/run-ready
 	$(BIN)/echogrid run $(ARGS)
@@ -26,6 +26,10 @@ fuzz: $(VENV)/test-ready
 # What things cost, beside what they may be compared with.
 bench: $(VENV)/test-ready
 	$(BIN)/python -m tests.bench
+
+# How long a reading takes to the command that heeds it.
+latency: $(VENV)/test-ready
+	$(BIN)/python -m tests.bench.latency $(ARGS)
 
 # How every fault of every ranger shows: the table in docs/devices/README.md is its output.
 faults: $(VENV)/test-ready

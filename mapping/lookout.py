@@ -43,7 +43,8 @@ class Lookout:
     def __init__(
         self, local: LocalGrid, readers: Readers, stop: StopLayer, verifier: Verifier | Believer
     ) -> None:
-        self._local = local
+        self.local = local
+        """To be read, not written."""
         self._readers = readers
         self._stop = stop
         self._verifier = verifier
@@ -58,8 +59,8 @@ class Lookout:
 
     def see(self, placed: Iterable[PlacedPing], robot: Pose, now_ns: int) -> None:
         """Fuse newly placed pings into the grid around the robot (its pose in the odom frame)."""
-        self._local.centre(robot)
-        self._local.fade(now_ns)
+        self.local.centre(robot)
+        self.local.fade(now_ns)
         for ping in placed:
             for verified in self._verifier.take(ping).verified:
                 self._fuse(verified)
@@ -69,7 +70,7 @@ class Lookout:
 
         What is ahead stops it if the twist leads ahead, or is none.
         """
-        view = self._readers.sectors.view(self._local, robot, now_ns)
+        view = self._readers.sectors.view(self.local, robot, now_ns)
         path = self.path(robot, now_ns, twist)
         reasons = {_ENDS[path.end]} if path.limit == 0.0 else set()
         if twist.speed > 0.0 or twist.stands:
@@ -87,7 +88,7 @@ class Lookout:
 
     def path(self, robot: Pose, now_ns: int, twist: Twist) -> FreePath:
         """The way along any twist."""
-        return self._readers.path.look(self._local, robot, now_ns, twist, self.latency_ns * 1e-9)
+        return self._readers.path.look(self.local, robot, now_ns, twist, self.latency_ns * 1e-9)
 
     @property
     def latency_ns(self) -> int:
@@ -115,4 +116,4 @@ class Lookout:
     def _fuse(self, ping: PlacedPing) -> None:
         """For avoidance, what is too close is an obstacle at the blanking distance."""
         if ping.reading.outcome is not Outcome.INVALID:
-            self._local.fuse(ping.transducer, ping.ranger, heard_at(ping), ping.reading.stamp_ns)
+            self.local.fuse(ping.transducer, ping.ranger, heard_at(ping), ping.reading.stamp_ns)

@@ -1,12 +1,14 @@
 """From a configuration to the parts of a run: one place where they are put together."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import radians
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from echogrid.drivers.device import BusLine, Device
 from echogrid.drivers.sound import speed_of_sound
+from echogrid.drivers.throttle import Throttle
 from echogrid.mapping.analytical_model import Analytical
 from echogrid.mapping.braking import Brakes
 from echogrid.mapping.empirical_model import EmpiricalOfEach
@@ -47,16 +49,19 @@ Drive = Differential | Tricycle | Ackermann
 
 
 def parts(
-    config: Config, beacons: Sequence[tuple[str, Device[Any, Any]]] = ()
+    config: Config,
+    beacons: Sequence[tuple[str, Device[Any, Any]]] = (),
+    throttles: Mapping[str, Throttle] = MappingProxyType({}),
 ) -> tuple[list[BusLine[Any, Any]], Fusion]:
     """The devices of each bus, and the tick's state. Raises ConfigError with all that a run lacks.
 
-    `beacons` are devices that only send, each with its bus.
+    `beacons` are devices that only send, each with its bus; `throttles` those of the wheels that shall be
+    driven, by name.
     """
     found: list[Problem] = []
     devices: list[BusLine[Any, Any]] = []
     try:
-        devices = lines(config, beacons=beacons)
+        devices = lines(config, throttles, beacons)
     except ConfigError as error:
         found += error.found
     for part in (geometry, drive, lookout):

@@ -28,9 +28,13 @@ class EmulatorError(EchogridError):
 
 
 @contextlib.contextmanager
-def emulator(directory: Path, seed: int) -> Iterator[None]:
-    """The emulated robot, served in that folder while the context lasts. Raises EmulatorError."""
+def emulator(directory: Path, seed: int, *, driven: bool = False) -> Iterator[None]:
+    """The emulated robot, served in that folder while the context lasts. Raises EmulatorError.
+
+    `driven`: it goes where its motors are commanded to, instead of touring.
+    """
     command = [sys.executable, "-m", "echogrid", "emulate", "--dir", str(directory), "--seed", str(seed)]
+    command += ["--driven"] if driven else []
     process = subprocess.Popen(
         command,
         stdin=subprocess.DEVNULL,

@@ -88,7 +88,7 @@ class Excursion:
             return Stage.DRIVING
         if age_ns < ENABLE_WITHIN_NS:
             return Stage.ENABLING
-        self.trouble = f"the motors can't be enabled: {_told(reports)}"
+        self.trouble = f"the motors can't be enabled: {told(reports)}"
         return Stage.STOPPING
 
     def _after_driving(self, now_ns: int, age_ns: int, reports: Sequence[DeviceReport]) -> Stage:
@@ -97,7 +97,7 @@ class Excursion:
             self.trouble = f"stopped early: it paused for {pause_ns * 1e-9:.1f} s: is this machine too busy?"
             return Stage.STOPPING
         if not self._driving.obeyed or failing(reports):
-            self.trouble = f"stopped early: {_told(reports)}"
+            self.trouble = f"stopped early: {told(reports)}"
             return Stage.STOPPING
         return Stage.STOPPING if age_ns >= self._wanted.lasts_ns else Stage.DRIVING
 
@@ -107,7 +107,7 @@ class Excursion:
             return Stage.LETTING_GO
         if age_ns < STOP_WITHIN_NS:
             return Stage.STOPPING
-        self.trouble = self.trouble or f"the wheels still turned when they were let go: {_told(reports)}"
+        self.trouble = self.trouble or f"the wheels still turned when they were let go: {told(reports)}"
         return Stage.LETTING_GO
 
     def _ask(self, now_ns: int) -> None:
@@ -124,6 +124,6 @@ def failing(reports: Sequence[DeviceReport]) -> bool:
     return any(each.health.state not in SOUND for each in reports)
 
 
-def _told(reports: Sequence[DeviceReport]) -> str:
+def told(reports: Sequence[DeviceReport]) -> str:
     """What the wheels say of themselves."""
     return "; ".join(f"{each.device}: {each.health.state.value}: {each.health.message}" for each in reports)

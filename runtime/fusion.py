@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from echogrid.drivers.readings import GyroReading, RangeReading, Reading, WheelReading
 from echogrid.mapping.free_path import STANDING, FreePath
 from echogrid.mapping.ledger import Ledger
+from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.long_term_map import MapImage
 from echogrid.mapping.lookout import Lookout
 from echogrid.mapping.mapper import Drop, Mapper
@@ -93,6 +94,11 @@ class Fusion:
         return self._reckoning.refused
 
     @property
+    def local(self) -> LocalGrid:
+        """The grid around the robot; to be read, not written."""
+        return self._lookout.local
+
+    @property
     def odometry(self) -> Odometry:
         """Where the robot is, and how sure that is."""
         return self._odometry
@@ -142,6 +148,10 @@ class Fusion:
     def path(self, now_ns: int, twist: Twist) -> FreePath:
         """How far, and how fast, the robot may go with any twist, by what the last tick knew."""
         return self._lookout.path(self._odometry.pose, now_ns, twist)
+
+    def view(self, now_ns: int, twist: Twist) -> ObstacleView:
+        """The obstacles, and what stops whoever drives with any twist, by what the last tick knew."""
+        return self._lookout.view(self._odometry.pose, now_ns, twist)
 
     def map_image(self) -> MapImage:
         """The long-term map as it is now."""

@@ -20,6 +20,7 @@ from echogrid.runtime.loop import SECOND_NS, FixedRateLoop
 from echogrid.runtime.outputs.publisher import Publisher
 from echogrid.runtime.reading_text import source
 from echogrid.runtime.status import Meter, Status
+from echogrid.runtime.voyage import Voyage
 
 _PATH_NS = SECOND_NS // 10
 _NEVER_NS = 1 << 62
@@ -50,6 +51,8 @@ class Run:
     """By device."""
     stopping: bool = False
     publisher: Publisher = field(default_factory=Publisher)
+    voyage: Voyage | None = None
+    """If the robot is driven."""
 
     @property
     def travelled(self) -> float:
@@ -57,17 +60,21 @@ class Run:
         return self.fusion.odometry.travelled
 
     def go(self, duration_s: float | None, show: Callable[[Status], None]) -> None:
-        """Tick until the time is over or `stopping` is set; then take what is left, and fuse it."""
+        """Tick until the time is over or `stopping` is set; then take what is left, and fuse it.
+
+        A robot that is driven is stopped then, for which it goes on ticking.
+        """
         started_ns = self.clock.now_ns()
         until_ns = _NEVER_NS if duration_s is None else started_ns + round(duration_s * SECOND_NS)
         meter = Meter(started_ns)
-        for now_ns in self.loop.ticks(until_ns):
+        for now_ns in self.loop.ticks(_NEVER_NS if self.voyage else until_ns):
             readings = self.acquisition.drain()
             snapshot = self._tick(now_ns, readings)
             meter.count(len(readings))
             if meter.due(now_ns):
-                show(meter.look(snapshot, self.loop, self.devices(now_ns)))
-            if self.stopping:
+                status = meter.look(snapshot, self.loop, self.devices(now_ns))
+                show(replace(status, drive=self.voyage.told) if self.voyage else status)
+            if self._over(self.stopping or now_ns >= until_ns):
                 break
         self.acquisition.stop()
         self._tick(self.clock.now_ns(), self.acquisition.drain())
@@ -75,12 +82,22 @@ class Run:
 
     def _tick(self, now_ns: int, readings: list[Reading]) -> Snapshot:
         snapshot = self.fusion.tick(now_ns, readings)
+        if self.voyage:
+            self.voyage.tick(snapshot, readings, self.acquisition.report(now_ns))
         self.fusion.overflow(self.acquisition.drain_overflow())
         for sink in self.sinks:
             sink.put(snapshot.ranges, snapshot.wheels, snapshot.rates)
         self.publisher.put(snapshot.view)
         self._remember(snapshot, readings)
         return snapshot
+
+    def _over(self, stopping: bool) -> bool:
+        """Whether the run is at its end: one that drives has stopped and let the motors go by then."""
+        if not self.voyage:
+            return stopping
+        if stopping:
+            self.voyage.stop()
+        return self.voyage.over
 
     def _remember(self, snapshot: Snapshot, readings: list[Reading]) -> None:
         for reading in readings:
@@ -106,6 +123,7 @@ class Run:
             "pose_error": _pose_error(self.fusion.odometry),
             **self._gyro(),
             "outputs": self.publisher.report(),
+            **({"drive": self.voyage.report()} if self.voyage else {}),
             "ticks": {"in_time": self.loop.in_time, "late": self.loop.late, "skipped": self.loop.skipped},
             "devices": {
                 each.device: {

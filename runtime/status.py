@@ -24,11 +24,13 @@ class Status:
     """Since the last look."""
     snapshot: Snapshot
     devices: tuple[DeviceReport, ...]
+    drive: str = ""
+    """How it drives, if it does."""
 
     def line(self) -> str:
         """For a terminal, what matters most first: a narrow one shows no more than 79 characters."""
         return (
-            f"{self.elapsed_s:6.1f} s  {self._way():12}  {self._nearest():26}  "
+            f"{self.elapsed_s:6.1f} s  {self._way():12}  {self._drive()}{self._nearest():26}  "
             f"{self.snapshot.travelled:5.1f} m driven  {self._health()}  {self.tick_rate_hz:.1f} Hz  "
             f"late {self.late}  skipped {self.skipped}  {self.readings_per_s:.0f} readings/s"
         )
@@ -36,6 +38,9 @@ class Status:
     def _way(self) -> str:
         reason = self.snapshot.view.reason
         return f"STOP {reason.value}" if reason else "free"
+
+    def _drive(self) -> str:
+        return f"{self.drive}  " if self.drive else ""
 
     def _nearest(self) -> str:
         nearest = self.snapshot.view.nearest

@@ -1,4 +1,4 @@
-"""echogrid run: map and watch for obstacles, with a robot's devices or an emulated robot's."""
+"""echogrid run: map, watch for obstacles and, if told to, drive; a robot, or an emulated one."""
 
 import argparse
 import json
@@ -10,7 +10,7 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from echogrid.runtime.commands.arguments import add_directory, add_seed, add_theory, duration
+from echogrid.runtime.commands.arguments import add_directory, add_seed, add_theory, duration, finite
 
 if TYPE_CHECKING:
     from echogrid.runtime.acquisition import DeviceReport
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from echogrid.runtime.config import Config
     from echogrid.runtime.console import Console
     from echogrid.runtime.log_writer import LogWriter
+    from echogrid.runtime.modes.mode import Mode
     from echogrid.runtime.service import Run
 
 _SIMULATED_S = 60.0
@@ -37,6 +38,7 @@ def add(commands: "Commands") -> None:
         "--out", type=Path, default=Path("out"), metavar="DIR", help="where the map goes (default: out)"
     )
     parser.add_argument("--simulate", action="store_true", help="emulate all of it on a clock that jumps")
+    _add_modes(parser)
     add_theory(parser)
     add_directory(parser)
     add_seed(parser)
@@ -44,10 +46,11 @@ def add(commands: "Commands") -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Run; the exit code is 1 when a device was never read."""
+    """Run; the exit code is 1 when a device was never read, or the goal was not reached."""
     from echogrid.runtime import robot_file
     from echogrid.runtime.console import Console
     from echogrid.runtime.emulated import DEFAULT_ROBOT
+    from echogrid.runtime.modes import making
 
     source: Path = arguments.robot or DEFAULT_ROBOT
     config = robot_file.load(source)
@@ -56,8 +59,9 @@ def execute(arguments: argparse.Namespace) -> int:
     console = Console(sys.stderr)
     with ExitStack() as stack:
         with robot_file.located(source):
-            begin = _simulated if arguments.simulate else _live
-            run = begin(config, arguments, stack, console)
+            mode = _mode(config, arguments, stack)
+            config = making.brisk(config) if mode else config
+            run = (_simulated if arguments.simulate else _live)(config, arguments, stack, console, mode)
         arguments.out.mkdir(parents=True, exist_ok=True)
         log = _log(arguments, source, config, stack)
         run.sinks = (log,) if log else ()
@@ -68,7 +72,46 @@ def execute(arguments: argparse.Namespace) -> int:
     silent = _silent(run, devices, console)
     report = {"theory": theory, **run.report(devices)}
     written = _write(run, report, arguments.out, console)
-    return 0 if written and not silent and _logged(log, arguments.log, console) else 1
+    went_well = _ended(run, console)
+    return 0 if written and went_well and not silent and _logged(log, arguments.log, console) else 1
+
+
+def _add_modes(parser: argparse.ArgumentParser) -> None:
+    """Say which ways of driving there are."""
+    told = "at most one of these drives the robot (docs/drive-modes.md); without one it is only watched"
+    modes = parser.add_argument_group("drive modes", told).add_mutually_exclusive_group()
+    modes.add_argument(
+        "--guard",
+        metavar="SOURCE",
+        help="pass on the safe part of what is wished for: unix:PATH, udp:[HOST:]PORT or joystick:DEVICE",
+    )
+    modes.add_argument(
+        "--goto",
+        nargs=2,
+        type=finite,
+        metavar=("X", "Y"),
+        help="drive to this point, m, from where it starts: x is ahead, y to the left",
+    )
+    modes.add_argument("--wander", action="store_true", help="drive wherever it is free (by --seed)")
+
+
+def _mode(config: "Config", arguments: argparse.Namespace, stack: ExitStack) -> "Mode | None":
+    """What drives the robot, if anything does."""
+    from echogrid.runtime.errors import UsageError
+    from echogrid.runtime.modes import making, sources
+    from echogrid.runtime.modes.guard import Guard
+
+    if arguments.goto:
+        return making.goto(config, *arguments.goto)
+    if arguments.wander:
+        return making.wander(config, arguments.seed)
+    if arguments.guard is None:
+        return None
+    if arguments.simulate:
+        raise UsageError(["--guard: nobody can wish in time on the clock of --simulate: leave that out"])
+    wishes = sources.opened(arguments.guard, config.drive)
+    stack.callback(wishes.close)
+    return Guard(wishes)
 
 
 def _go(run: "Run", duration_s: float | None, console: "Console") -> None:
@@ -94,26 +137,36 @@ def _go(run: "Run", duration_s: float | None, console: "Console") -> None:
 
 
 def _simulated(
-    config: "Config", arguments: argparse.Namespace, _stack: ExitStack, _console: "Console"
+    config: "Config",
+    arguments: argparse.Namespace,
+    _stack: ExitStack,
+    _console: "Console",
+    mode: "Mode | None",
 ) -> "Run":
     """The run on the jumping clock."""
     from echogrid.runtime.simulated_run import simulated_run
 
-    return simulated_run(config, arguments.seed)[0]
+    return simulated_run(config, arguments.seed, mode=mode)[0]
 
 
-def _live(config: "Config", arguments: argparse.Namespace, stack: ExitStack, console: "Console") -> "Run":
+def _live(
+    config: "Config",
+    arguments: argparse.Namespace,
+    stack: ExitStack,
+    console: "Console",
+    mode: "Mode | None",
+) -> "Run":
     """The run with its bus threads at work; with the emulated robot's if no other is given."""
     from echogrid.runtime.emulator_process import emulator
     from echogrid.runtime.live_run import live_run
 
     folder: Path = arguments.robot.parent if arguments.robot else arguments.dir
     if arguments.robot is None:
-        stack.enter_context(emulator(folder, arguments.seed))
+        stack.enter_context(emulator(folder, arguments.seed, driven=mode is not None))
         console.say(
             f"the emulated robot is in {folder}; to let a device fail: echogrid fault list --dir {folder}"
         )
-    run, closed = stack.enter_context(live_run(config, folder))
+    run, closed = stack.enter_context(live_run(config, folder, mode))
     for trouble in closed:
         console.say(trouble)
     return run
@@ -151,6 +204,14 @@ def _account(run: "Run", devices: "list[DeviceReport]", console: "Console") -> N
     for line in account_lines(run.fusion.ledger, run.fusion.waiting, run.loop, run.readings, devices):
         console.say(line)
     console.say(f"driven: {run.travelled:.1f} m")
+
+
+def _ended(run: "Run", console: "Console") -> bool:
+    """Whether the mode, if one drove, ended as it should, or not by itself."""
+    end = run.voyage.end if run.voyage else None
+    if end:
+        console.say(end.told)
+    return end is None or end.reached
 
 
 def _silent(run: "Run", devices: "list[DeviceReport]", console: "Console") -> bool:

@@ -13,16 +13,9 @@ from hypothesis import strategies as st
 from pytest import approx
 
 from echogrid.mapping.twist import Twist
-from echogrid.runtime.wishes import (
-    FRESH_NS,
-    STANDSTILL,
-    JoystickLayout,
-    JoystickWishes,
-    SocketWishes,
-    read_wish,
-    udp_socket,
-    unix_socket,
-)
+from echogrid.runtime.joystick_wishes import JoystickLayout, JoystickWishes
+from echogrid.runtime.socket_wishes import SocketWishes, read_wish, udp_socket, unix_socket
+from echogrid.runtime.wishes import FRESH_NS, STANDSTILL
 
 BUTTON, AXIS, INITIAL = 1, 2, 0x80
 SECOND_NS = 1_000_000_000

@@ -1,0 +1,56 @@
+"""The modes that steer, from a robot's configuration."""
+
+from dataclasses import replace
+from math import radians, sin
+
+from echogrid.mapping.free_path import PathSensor
+from echogrid.mapping.steering.limits import Limits
+from echogrid.mapping.steering.navigator import Navigator
+from echogrid.mapping.steering.obstacles import Belief, Obstacles
+from echogrid.mapping.steering.vfh_plus import VfhPlus
+from echogrid.mapping.steering.window import Body, Window
+from echogrid.runtime import assembly
+from echogrid.runtime.config import Config, LoopConfig
+from echogrid.runtime.drive_run import LEAST_HZ
+from echogrid.runtime.hull import footprint
+from echogrid.runtime.modes.goto import Goto
+from echogrid.runtime.modes.wander import Wander
+
+_AHEAD = radians(45.0)
+"""The half angle in which the stop layer stops whoever drives ahead."""
+
+
+def brisk(config: Config) -> Config:
+    """The same with a loop that is quick enough to drive by."""
+    return replace(config, loop=LoopConfig(max(config.loop.rate_hz, LEAST_HZ)))
+
+
+def goto(config: Config, x: float, y: float) -> Goto:
+    """Towards a point (m, odom frame)."""
+    return Goto(navigator(config), x, y)
+
+
+def wander(config: Config, seed: int) -> Wander:
+    """Wherever it is free; by that seed."""
+    return Wander(navigator(config), seed)
+
+
+def navigator(config: Config) -> Navigator:
+    """VFH+ for that robot, as a disc, and within its limits."""
+    local, outline, sight = config.local, footprint(config), assembly.path_sight(config)
+    cells = round(local.size_m / local.resolution_m)
+    window = Window(local.resolution_m, cells, Body(outline.reach, _margin(config, outline.reach)))
+    limits = Limits(
+        config.drive.max_speed_mps,
+        radians(config.drive.max_turn_dps),
+        min(config.drive.acceleration_mps2, config.avoid.deceleration_mps2),
+    )
+    obstacles = Obstacles(window, Belief(unknown=sight.unknown, stale_ns=sight.stale_ns))
+    path = PathSensor(outline, sight, local.resolution_m, cells)
+    return Navigator(VfhPlus(window, limits), obstacles, path, limits)
+
+
+def _margin(config: Config, reach: float) -> float:
+    """m to keep: what it passes by straight ahead must not be where the stop layer stops it."""
+    stops_at = config.obstacle.stop_distance_m + (reach if config.robot.footprint else 0.0)
+    return max(config.avoid.margin_m, stops_at * sin(_AHEAD) - reach)

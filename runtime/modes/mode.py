@@ -1,0 +1,53 @@
+"""What a drive mode is: from what is known now to the twist that is wanted."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from echogrid.mapping.local_grid import LocalGrid
+from echogrid.mapping.pose import Pose
+from echogrid.mapping.twist import Twist
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """A moment, for whoever decides."""
+
+    now_ns: int
+    pose: Pose
+    """In the odom frame, as the grid."""
+    local: LocalGrid
+    """Centred on the robot."""
+    twist: Twist
+    """That the motors are asked for."""
+    elapsed_s: float
+    """Since the last one."""
+    latency_s: float
+    """From a sound's echo to the wheels."""
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """Why a mode has no more to do."""
+
+    reached: bool
+    """Whether it did what it was to do."""
+    told: str
+    """For people."""
+
+
+class Mode(Protocol):
+    """One thread owns it. In each tick it is asked for its wish or, while it can't drive, told to rest."""
+
+    name: str
+    end: End | None
+    """None while it goes on."""
+    patient: bool
+    """Whether it waits for motors that are not ready for as long as they take."""
+
+    def wish(self, situation: Situation) -> Twist:
+        """The twist that is wanted; what of it is safe is decided elsewhere."""
+        ...
+
+    def rest(self, now_ns: int, /) -> None:
+        """The robot can't drive now: what is wished for meanwhile counts for nothing afterwards."""
+        ...
