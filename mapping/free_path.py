@@ -127,6 +127,16 @@ class PathSensor:
         asked = footprint.distance(x, y) > sight.skin
         self._asked = x[asked], y[asked]
 
+    @property
+    def reach(self) -> float:
+        """m: nothing of the footprint is farther from base_link."""
+        return self._footprint.reach
+
+    @property
+    def deceleration(self) -> float:
+        """m/s^2 with which the robot stops."""
+        return self._sight.brakes.deceleration
+
     def look(self, local: LocalGrid, robot: Pose, now_ns: int, twist: Twist, latency_s: float) -> FreePath:
         """The way along a twist, from the robot's pose in the odom frame."""
         sight = self._sight

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from echogrid.drivers.readings import Outcome, RangeReading
+from echogrid.mapping.approach import Approach
 from echogrid.mapping.free_path import FreePath, PathEnd, PathSensor
 from echogrid.mapping.latency import Latency
 from echogrid.mapping.local_grid import LocalGrid
@@ -49,6 +50,7 @@ class Lookout:
         self._stop = stop
         self._verifier = verifier
         self._latency = Latency()
+        self._approach = Approach(readers.path.reach)
 
     def hear(self, readings: Iterable[RangeReading], now_ns: int) -> None:
         """Raw readings, as they came in."""
@@ -63,6 +65,7 @@ class Lookout:
         self.local.fade(now_ns)
         for ping in placed:
             for verified in self._verifier.take(ping).verified:
+                self._approach.take(verified)
                 self._fuse(verified)
 
     def view(self, robot: Pose, now_ns: int, twist: Twist) -> ObstacleView:
@@ -76,6 +79,9 @@ class Lookout:
         if twist.speed > 0.0 or twist.stands:
             reasons |= self._ahead(view, now_ns)
             path = self._slowed(view, path)
+        if twist.speed != 0.0 or twist.stands:
+            path = path.limited(self._met(now_ns))
+            reasons |= {StopReason.NEAR} if path.limit == 0.0 and not reasons else set()
         heard_ns = self._latency.newest_ns
         return replace(
             view,
@@ -105,6 +111,10 @@ class Lookout:
         if self._stop.unheard():
             reasons.add(StopReason.UNKNOWN)
         return reasons
+
+    def _met(self, now_ns: int) -> float:
+        """m/s from which the robot stands before what comes by itself is there."""
+        return self._approach.limit(now_ns, self.latency_ns * 1e-9, self._readers.path.deceleration)
 
     def _slowed(self, view: ObstacleView, path: FreePath) -> FreePath:
         """The way ahead, where something beside it is unknown or stale."""

@@ -57,7 +57,7 @@ class StopReason(Enum):
     """Why the way ahead may not be driven, the worst first."""
 
     NEAR = "near"
-    """Something within the stop distance, by the grid or by an echo, or in the way."""
+    """Something within the stop distance, by the grid or by an echo, in the way, or about to be here."""
     SILENT = "silent"
     """A ranger that looks ahead says nothing any more."""
     UNKNOWN = "unknown"

@@ -37,7 +37,8 @@ class Pace:
     def wish(self, view: View, decision: Decision) -> Twist:
         """The twist to come to, zero without a heading; what the robot can reach of it says `Limits.reach`.
 
-        V = V_max (1 - |Omega|/Omega_max) + V_min (Borenstein & Koren 1991), with what the method grants,
+        V = V_max (1 - (Omega/Omega_max)^2), with what the method grants (Borenstein & Koren 1991 slow down
+        linearly: a heading 20 deg off then costs half the speed),
         and no faster than the robot can stop in what is free on its way and on the heading.
         """
         if decision.heading is None:

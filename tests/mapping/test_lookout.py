@@ -10,6 +10,7 @@ from echogrid.drivers.readings import Outcome, RangeReading
 from echogrid.mapping.free_path import STANDING, PathEnd, PathSensor, PathSight
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.lookout import Lookout, Readers
+from echogrid.mapping.placed_ping import PlacedPing
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sonar_model import NoEcho
@@ -90,6 +91,21 @@ def test_what_is_ahead_does_not_keep_from_backing_off() -> None:
     around.obstacle(0.45, 0.05)
     assert around.view(AHEAD).reason is StopReason.NEAR
     assert around.view(BACK).allowed == BACK
+
+
+def test_who_walks_up_to_the_robot_stops_it_both_ways_until_a_while_later() -> None:
+    around, robot = Around(), Pose(0.05, 0.05)
+    for cycle, distance in enumerate((1.5, 1.36, 1.22)):
+        reading = RangeReading(NOW + cycle * 140 * MS, 0, "front", Outcome.ECHO, distance)
+        around.lookout.hear([reading], reading.stamp_ns)
+        around.lookout.see([PlacedPing(reading, FRONT, robot.compose(FRONT.mount))], robot, reading.stamp_ns)
+    for twist in (AHEAD, BACK, STANDING):
+        view = around.view(twist, later_ns=300 * MS)
+        assert (view.reason, view.allowed) == (StopReason.NEAR, STANDING)
+    turn = Twist(0.0, 0.5)
+    assert around.view(turn, later_ns=300 * MS).allowed == turn
+    around.local.seen_ns[:] = NOW + SECOND
+    assert around.view(BACK, later_ns=SECOND).allowed == BACK
 
 
 def test_what_is_behind_stops_who_backs_off() -> None:

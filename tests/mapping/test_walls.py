@@ -51,7 +51,13 @@ def test_what_is_straight_ahead_is_no_wall_along_the_way() -> None:
 
 @pytest.mark.parametrize(
     ("moved", "distance", "later_ns"),
-    [(0.0, 0.5, CYCLE_NS), (0.1, 1.3, CYCLE_NS), (0.1, 0.5, 600_000_000), (0.5, 0.5, CYCLE_NS), (0.1, 0.9, 1)],
+    [
+        (0.0, 0.5, CYCLE_NS),
+        (0.1, 1.3, CYCLE_NS),
+        (0.1, 0.5, 600_000_000),
+        (0.5, 0.5, CYCLE_NS),
+        (0.1, 0.9, 1),
+    ],
     ids=["it stands", "far away", "long ago", "another wall", "a step back"],
 )
 def test_nothing_is_expected_without_two_near_echoes_of_one_wall(
