@@ -28,7 +28,7 @@ def cells(local: LocalGrid, robot: Pose, horizon: float) -> Iterator[tuple[int, 
     middle = geometry.rows // 2
     for row in range(geometry.rows):
         for col in range(geometry.cols):
-            if 0.0 < hypot(row - middle, col - middle) * geometry.resolution <= horizon:
+            if hypot(row - middle, col - middle) * geometry.resolution <= horizon:
                 dx = geometry.x + (col + 0.5) * geometry.resolution - robot.x
                 dy = geometry.y + (row + 0.5) * geometry.resolution - robot.y
                 c, s = cos(robot.yaw), sin(robot.yaw)
@@ -41,6 +41,8 @@ def sectors(local: LocalGrid, robot: Pose, now_ns: int, count: int, horizon: flo
     total, known, seen, nearest = [0] * count, [0] * count, [0] * count, [inf] * count
     middle = local.geometry.rows // 2
     for row, col, x, y in cells(local, robot, horizon):
+        if row == col == middle:
+            continue  # the robot's own
         bearing = atan2(row - middle, col - middle) - robot.yaw
         k = floor(bearing * count / tau + 0.5) % count
         stamp_ns = int(local.seen_ns[row, col])

@@ -2,7 +2,7 @@ from math import cos, inf, pi, sin
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pytest import approx
 
@@ -106,6 +106,7 @@ def test_straight_ahead_it_is_the_distance_before_the_front(distance: float) -> 
 
 @settings(deadline=None, max_examples=40)
 @given(poses(3.0), st.sampled_from([BOX, ELL, TEE]), twists, st.lists(places, min_size=1, max_size=3))
+@example(Pose(0.1875), TEE, Twist(-0.3), [(0.0, 0.0)])
 def test_it_is_as_long_as_its_twin_says_that_goes_through_the_motion_step_by_step(
     robot: Pose, outline: Footprint, twist: Twist, obstacles: list[tuple[float, float]]
 ) -> None:
