@@ -91,6 +91,7 @@ class Voyage:
             "distance_m": round(self._fusion.odometry.travelled, 3),
             "stops": {"obstacles": self._stops, "motors": self._helm.stops},
             "end": self.end.told if self.end else None,
+            **self._mode.report(),
         }
 
     def _drive(self, snapshot: Snapshot, wheels: Sequence[DeviceReport]) -> None:
@@ -147,7 +148,7 @@ class Voyage:
 
     def _come_to_rest(self, now_ns: int, wheels: Sequence[DeviceReport]) -> None:
         age_ns = now_ns - (self._since_ns or now_ns)
-        if self.leg is Leg.LETTING_GO:
+        if self.leg is not Leg.STOPPING:
             if age_ns >= LET_GO_NS:
                 self._enter(Leg.OVER)
             return

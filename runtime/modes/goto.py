@@ -1,6 +1,8 @@
 """Towards a point, past what stands in the way."""
 
+from collections.abc import Mapping
 from math import hypot, inf
+from typing import Any
 
 from echogrid.mapping.steering.goal import towards
 from echogrid.mapping.steering.navigator import Moment, Navigator
@@ -43,6 +45,10 @@ class Goto:
         if self._is_stuck(situation, goal.distance):
             return self._over(situation, reached=False)
         return course.twist
+
+    def report(self) -> Mapping[str, Any]:
+        """Nothing."""
+        return {}
 
     def rest(self, _now_ns: int) -> None:
         """Who can't drive is not stuck."""

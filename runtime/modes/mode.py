@@ -1,7 +1,8 @@
 """What a drive mode is: from what is known now to the twist that is wanted."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.pose import Pose
@@ -46,6 +47,10 @@ class Mode(Protocol):
 
     def wish(self, situation: Situation) -> Twist:
         """The twist that is wanted; what of it is safe is decided elsewhere."""
+        ...
+
+    def report(self) -> Mapping[str, Any]:
+        """What report.json holds of it, besides what it holds of all modes."""
         ...
 
     def rest(self, now_ns: int, /) -> None:

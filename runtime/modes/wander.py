@@ -1,7 +1,9 @@
 """Wherever it is free."""
 
+from collections.abc import Mapping
 from math import pi, radians
 from random import Random
+from typing import Any
 
 from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.mapping.steering.decision import Decision
@@ -46,6 +48,10 @@ class Wander:
         if self._progress.lacking(now_ns, pose) or blocked:
             self._turn = now_ns, self._random.uniform(-pi, pi)
         return course.twist
+
+    def report(self) -> Mapping[str, Any]:
+        """Nothing."""
+        return {}
 
     def rest(self, _now_ns: int) -> None:
         """Who can't drive is not stuck."""

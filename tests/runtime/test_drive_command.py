@@ -1,7 +1,12 @@
 """echogrid run with a drive mode, as it is typed."""
 
 import json
+import signal
 import socket
+import subprocess
+import sys
+import time
+from contextlib import closing
 from math import radians
 from pathlib import Path
 
@@ -11,8 +16,11 @@ from echogrid.mapping.twist import Twist
 from echogrid.runtime.command_line import main
 from echogrid.runtime.config import DriveConfig
 from echogrid.runtime.emulated import DEFAULT_ROBOT
+from echogrid.runtime.emulator_process import emulator
 from echogrid.runtime.errors import UsageError
 from echogrid.runtime.modes import sources
+
+from .driven_run import Wisher
 
 LIMITS = DriveConfig(max_speed_mps=0.4, max_turn_dps=60.0)
 
@@ -38,6 +46,26 @@ def test_the_emulated_robot_that_comes_with_a_run_is_driven(tmp_path: Path, shor
     told = ["run", "--goto", "0.6", "0", "--dir", str(short_dir), "--out", str(tmp_path), "--duration", "30s"]
     assert main(told) == 0
     assert json.loads((tmp_path / "report.json").read_text())["drive"]["end"].startswith("there: ")
+
+
+def test_a_robot_heeds_wishes_and_is_let_go_when_it_is_told_to_end(tmp_path: Path, short_dir: Path) -> None:
+    """On the real clock, in three processes."""
+    wisher = Wisher(tmp_path / "wishes", Twist(0.2, 0.1))
+    run = ["run", f"{short_dir}/robot.toml", "--guard", f"unix:{wisher.address}", "--out", str(tmp_path)]
+    with emulator(short_dir, 1, driven=True), closing(wisher.sender):
+        process = subprocess.Popen([sys.executable, "-m", "echogrid", *run])
+        until = time.monotonic() + 8.0
+        while time.monotonic() < until:
+            time.sleep(0.05)
+            if wisher.address.is_socket():
+                wisher.put((), (), ())
+        wisher.sender.sendto(b"faster", str(wisher.address))
+        time.sleep(0.1)
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(20.0) == 0
+    drive = json.loads((tmp_path / "report.json").read_text())["drive"]
+    assert (drive["mode"], drive["end"], drive["refused"]) == ("guard", None, {"no JSON": 1})
+    assert drive["distance_m"] > 0.2
 
 
 def test_nobody_can_wish_on_a_clock_that_jumps(capfd: pytest.CaptureFixture[str]) -> None:

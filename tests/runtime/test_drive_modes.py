@@ -227,6 +227,7 @@ def test_a_drive_whose_time_is_over_stops_and_lets_the_motors_go(config: Config)
     assert drive.run.travelled > 0.2
     assert drive.voyage.leg is Leg.OVER
     assert drive.asked[-1] == Twist()
+    assert drive.told[-1] == "goto: over"
     assert drive.poses[-1] == drive.poses[-4]
     assert drive.voyage.end is None
 
