@@ -156,5 +156,5 @@ def test_the_same_seed_slips_alike_and_another_otherwise():
 
 
 def test_a_slower_drive_needs_less_room():
-    assert Drive().stopping_distance(0.5) == pytest.approx(0.275)
+    assert Drive().stopping_distance(0.5) == pytest.approx(0.18125)
     assert replace(Drive(), acceleration=1.0).stopping_distance(0.5) == pytest.approx(0.15)
