@@ -11,7 +11,7 @@ run: $(VENV)/run-ready
 	$(BIN)/echogrid run $(ARGS)
 
 test: $(VENV)/test-ready check
-	$(BIN)/pytest $(ARGS)
+	$(BIN)/pytest -n auto --dist loadfile $(ARGS)
 
 check: $(VENV)/test-ready
 	$(BIN)/ruff check $(CODE)
