@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+_STILL = 1e-9
+"""m/s and rad/s."""
+
 
 @dataclass(frozen=True, slots=True)
 class Twist:
@@ -14,8 +17,8 @@ class Twist:
 
     @property
     def stands(self) -> bool:
-        """Whether it is none."""
-        return self.speed == 0.0 and self.turn_rate == 0.0
+        """Whether it is none, or too small to be one."""
+        return max(abs(self.speed), abs(self.turn_rate)) < _STILL
 
     def times(self, factor: float) -> "Twist":
         """The same curve at another speed."""

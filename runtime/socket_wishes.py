@@ -11,6 +11,8 @@ from echogrid.runtime.wishes import FRESH_NS, STANDSTILL
 
 _LONGEST = 512
 """Bytes of a datagram."""
+_FASTEST, _SLOWEST = 100.0, 1e-6
+"""m/s and rad/s: what is more is a mistake, what is less is none."""
 _MOST = 64
 """Datagrams that are read at a time: who floods us must not keep the loop."""
 
@@ -60,10 +62,16 @@ def read_wish(data: bytes) -> Twist:
     numbers = [fields["speed"], fields["turn_rate"]]
     try:
         if all(type(number) in (int, float) and isfinite(number) for number in numbers):
-            return Twist(*map(float, numbers))
+            return Twist(*(_sane(float(number)) for number in numbers))
     except OverflowError:  # JSON has integers that no float holds.
         pass
     raise ValueError("not two finite numbers")
+
+
+def _sane(value: float) -> float:
+    if abs(value) > _FASTEST:
+        raise ValueError("more than 100 m/s or rad/s")
+    return value if abs(value) >= _SLOWEST else 0.0
 
 
 def unix_socket(path: Path) -> socket.socket:

@@ -108,6 +108,13 @@ def test_who_walks_up_to_the_robot_stops_it_both_ways_until_a_while_later() -> N
     assert around.view(BACK, later_ns=SECOND).allowed == BACK
 
 
+@pytest.mark.parametrize("twist", [Twist(5e-324), Twist(0.0, 5e-324), Twist(-1e-310, 1e-310)])
+def test_a_twist_that_is_too_small_to_be_one_is_looked_at_as_none(twist: Twist) -> None:
+    view = Around().view(twist)
+    assert view.path.distance == Around().view().path.distance
+    assert view.allowed.stands
+
+
 def test_what_is_behind_stops_who_backs_off() -> None:
     around = Around()
     around.obstacle(-0.25, 0.05)

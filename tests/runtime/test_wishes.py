@@ -74,6 +74,8 @@ def test_the_newest_wish_holds_for_300_ms(sender: Sender) -> None:
         (b'{"speed": 1' + b"0" * 400 + b', "turn_rate": 0}', "not two finite numbers"),
         (b'{"speed": "1", "turn_rate": 0}', "not two finite numbers"),
         (b'{"speed": true, "turn_rate": 0}', "not two finite numbers"),
+        (b'{"speed": 0, "turn_rate": -101.0}', "more than 100 m/s or rad/s"),
+        (b'{"speed": 1.7e308, "turn_rate": 1.7e308}', "more than 100 m/s or rad/s"),
         (b" " * 513, "too long"),
     ],
 )
@@ -99,8 +101,9 @@ def test_whatever_comes_is_a_finite_twist_or_refused(data: bytes) -> None:
         twist = read_wish(data)
     except ValueError:
         return
-    assert isfinite(twist.speed)
-    assert isfinite(twist.turn_rate)
+    for each in (twist.speed, twist.turn_rate):
+        assert isfinite(each)
+        assert each == 0.0 or 1e-6 <= abs(each) <= 100.0
 
 
 def test_a_flood_does_not_keep_the_loop(tmp_path: Path) -> None:
