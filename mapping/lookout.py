@@ -71,7 +71,8 @@ class Lookout:
     def view(self, robot: Pose, now_ns: int, twist: Twist) -> ObstacleView:
         """The obstacles around the robot, and the way along a twist.
 
-        What is ahead stops it if the twist leads ahead, or is none.
+        What is ahead stops it if the twist leads ahead, or is none. While no ranger at all tells anything
+        nothing may be driven.
         """
         view = self._readers.sectors.view(self.local, robot, now_ns)
         path = self.path(robot, now_ns, twist)
@@ -83,6 +84,10 @@ class Lookout:
             path = path.limited(self._met(now_ns))
             reasons |= {StopReason.NEAR} if path.limit == 0.0 and not reasons else set()
         heard_ns = self._latency.newest_ns
+        if not heard_ns:
+            reasons.add(StopReason.UNKNOWN)
+        elif self._stop.is_old(heard_ns, now_ns):
+            reasons.add(StopReason.SILENT)
         return replace(
             view,
             reason=next((reason for reason in _WORST_FIRST if reason in reasons), None),

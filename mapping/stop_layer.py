@@ -87,6 +87,10 @@ class StopLayer:
         oldest_ns = now_ns - self._zone.hold_ns
         return tuple(name for name in self.needed if name in self._told and self._told[name] < oldest_ns)
 
+    def is_old(self, stamp_ns: int, now_ns: int) -> bool:
+        """Whether what was told then is no news any more."""
+        return now_ns - stamp_ns > self._zone.hold_ns
+
     def unheard(self) -> tuple[str, ...]:
         """The needed rangers that have never told anything."""
         return tuple(name for name in self.needed if name not in self._told)

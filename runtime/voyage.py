@@ -98,7 +98,7 @@ class Voyage:
         now_ns = snapshot.stamp_ns
         wanted = self._wanted(snapshot)
         self._asked = self._helm.steer(now_ns, wanted, wheels)
-        if self._helm.state is HelmState.DRIVING:
+        if self._helm.state is HelmState.DRIVING and not _lost(snapshot):
             self._since_ns = now_ns
         self.end = self._mode.end or self._unready(now_ns, wheels)
         if self.end:
@@ -106,9 +106,8 @@ class Voyage:
 
     def _wanted(self, snapshot: Snapshot) -> Twist:
         """The safe part of what the mode wishes."""
-        now_ns, pose_ns = snapshot.stamp_ns, snapshot.pose_ns
-        lost = pose_ns is None or now_ns - pose_ns > POSE_NS
-        if lost or self._helm.state is not HelmState.DRIVING:
+        now_ns = snapshot.stamp_ns
+        if _lost(snapshot) or self._helm.state is not HelmState.DRIVING:
             self._mode.rest(now_ns)
             return self._counted(STANDSTILL, held=False)
         wish = self._mode.wish(self._situation(snapshot))
@@ -144,6 +143,8 @@ class Voyage:
         waited_ns = now_ns - (self._since_ns or now_ns)
         if self._mode.patient or waited_ns < _READY_NS:
             return None
+        if self._helm.state is HelmState.DRIVING:
+            return End(False, f"no pose for {waited_ns * 1e-9:.0f} s: {told(wheels)}")
         return End(False, f"the motors are not ready: {told(wheels)}")
 
     def _come_to_rest(self, now_ns: int, wheels: Sequence[DeviceReport]) -> None:
@@ -155,11 +156,18 @@ class Voyage:
         self._asked = self._helm.steer(now_ns, STANDSTILL, wheels)
         standing = all(abs(rate) < STANDING for rate in self._rates.values()) and age_ns >= LET_GO_NS
         if standing or age_ns >= STOP_WITHIN_NS:
+            if not standing:
+                self.end = End(False, f"the wheels still turned when they were let go: {told(wheels)}")
             self._helm.release()
             self._enter(Leg.LETTING_GO)
 
     def _enter(self, leg: Leg) -> None:
         self.leg, self._since_ns, self._held = leg, None, False
+
+
+def _lost(snapshot: Snapshot) -> bool:
+    """Whether nobody knows where the robot is."""
+    return snapshot.pose_ns is None or snapshot.stamp_ns - snapshot.pose_ns > POSE_NS
 
 
 def commissioned(

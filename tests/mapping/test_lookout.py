@@ -115,6 +115,13 @@ def test_a_twist_that_is_too_small_to_be_one_is_looked_at_as_none(twist: Twist) 
     assert view.allowed.stands
 
 
+@pytest.mark.parametrize("unknown", Unknown)
+@pytest.mark.parametrize("twist", [AHEAD, BACK, Twist(0.0, 0.5)])
+def test_nothing_is_driven_while_no_ranger_has_told_anything(unknown: Unknown, twist: Twist) -> None:
+    view = Around(unknown, speaks=False).view(twist)
+    assert (view.reason, view.allowed) == (StopReason.UNKNOWN, STANDING)
+
+
 def test_what_is_behind_stops_who_backs_off() -> None:
     around = Around()
     around.obstacle(-0.25, 0.05)
@@ -134,6 +141,8 @@ def test_a_ranger_ahead_that_falls_silent_stops_and_is_named(unknown: Unknown) -
     assert around.view(AHEAD, later_ns=920 * MS).reason is None
     view = around.view(AHEAD, later_ns=921 * MS)
     assert (view.reason, view.silent, view.speed_limit) == (StopReason.SILENT, ("front",), 0.0)
+    assert around.view(BACK, later_ns=921 * MS).reason is StopReason.SILENT
+    around.lookout.hear([RangeReading(NOW + 900 * MS, 0, "back", Outcome.ECHO, 1.9)], NOW + 900 * MS)
     assert around.view(BACK, later_ns=921 * MS).reason is None
 
 
