@@ -38,8 +38,8 @@ class Approach:
         """`radius` (m) is that of the robot around base_link."""
         self._radius = radius
         self._last: dict[str, _Echo] = {}
-        self._met: list[tuple[int, float]] = []
-        """Until when each counts (ns), and the seconds that were left."""
+        self._met: list[tuple[int, int]] = []
+        """Until when each counts, and when it is here, ns."""
 
     def take(self, ping: PlacedPing) -> None:
         """A ping with its place (odom frame)."""
@@ -54,12 +54,15 @@ class Approach:
         if before.comes and seconds < _SOON_S:
             seconds = 0.0
         self._met = [met for met in self._met if met[0] > stamp_ns]
-        self._met.append((stamp_ns + _HOLD_NS, seconds))
+        self._met.append((stamp_ns + _HOLD_NS, stamp_ns + round(seconds * 1e9)))
 
-    def limit(self, now_ns: int, latency_s: float, deceleration: float) -> float:
-        """m/s from which the robot stands before what comes is there; inf if nothing does."""
-        left = min((seconds for until_ns, seconds in self._met if until_ns > now_ns), default=inf)
-        return deceleration * max(left - latency_s, 0.0)
+    def limit(self, now_ns: int, reaction_s: float, deceleration: float) -> float:
+        """m/s from which the robot, whose wheels heed it `reaction_s` later, stands before what comes is
+        there; inf if nothing does."""
+        arrives_ns = min((arrives for until_ns, arrives in self._met if until_ns > now_ns), default=None)
+        if arrives_ns is None:
+            return inf
+        return deceleration * max((arrives_ns - now_ns) * 1e-9 - reaction_s, 0.0)
 
     def _seconds_left(self, before: _Echo, ping: PlacedPing, distance: float) -> float:
         """s until it is here, if it comes; else inf."""

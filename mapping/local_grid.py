@@ -83,10 +83,11 @@ class LocalGrid:
         tolerance = self._tolerance if ranger.tolerance is None else ranger.tolerance
         cone = cast(self.geometry, Sounding(transducer, ranger, echo_distance, tolerance))
         held = self._held(cone, transducer.yaw)
-        before = self.grid.log_odds.take(held)
+        before, seen_ns = self.grid.log_odds.take(held), self.seen_ns.take(held)
         spoken = self.grid.fuse(cone)
-        self.grid.log_odds.put(held, before)
         self.seen_ns.put(spoken, np.maximum(self.seen_ns.take(spoken), stamp_ns))
+        self.grid.log_odds.put(held, before)
+        self.seen_ns.put(held, seen_ns)
         if echo_distance is None:
             return
         self._axis.put(cone.cells[cone.occupied], transducer.yaw)

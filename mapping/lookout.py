@@ -119,7 +119,8 @@ class Lookout:
 
     def _met(self, now_ns: int) -> float:
         """m/s from which the robot stands before what comes by itself is there."""
-        return self._approach.limit(now_ns, self.latency_ns * 1e-9, self._readers.path.deceleration)
+        readers = self._readers
+        return self._approach.limit(now_ns, readers.reaction_ns * 1e-9, readers.path.deceleration)
 
     def _slowed(self, view: ObstacleView, path: FreePath) -> FreePath:
         """The way ahead, where something beside it is unknown or stale."""

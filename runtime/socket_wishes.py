@@ -35,6 +35,9 @@ class SocketWishes:
             except OSError:
                 break
             self._take(data, now_ns)
+        else:  # What would stop the robot may be among those that wait, or were lost.
+            self._latest = None
+            self.refused["flooded"] += 1
         fresh = self._latest is not None and now_ns - self._latest[0] <= FRESH_NS
         return self._latest[1] if self._latest and fresh else STANDSTILL
 
@@ -76,8 +79,8 @@ def _sane(value: float) -> float:
 
 def unix_socket(path: Path) -> socket.socket:
     """Bound to that path; a socket left there by an earlier run is replaced. Raises OSError, also if anything
-    else is there."""
-    if path.is_socket():
+    else is there, or somebody hears there."""
+    if path.is_socket() and not _is_heard(path):
         path.unlink()
     return _bound(socket.AF_UNIX, str(path))
 
@@ -86,6 +89,16 @@ def udp_socket(port: int, host: str = "127.0.0.1") -> socket.socket:
     """Bound to that port, of this machine alone unless another host is given. Raises OSError, and
     OverflowError for what is no port."""
     return _bound(socket.AF_INET, (host, port))
+
+
+def _is_heard(path: Path) -> bool:
+    """Whether a socket belongs to a process that lives."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(str(path))
+        except ConnectionRefusedError:
+            return False
+    return True
 
 
 def _bound(family: socket.AddressFamily, address: str | tuple[str, int]) -> socket.socket:

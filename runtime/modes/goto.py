@@ -50,9 +50,10 @@ class Goto:
         """Nothing."""
         return {}
 
-    def rest(self, _now_ns: int) -> None:
+    def rest(self, now_ns: int) -> None:
         """Who can't drive is not stuck."""
         self._progress.forget()
+        self._nearest = now_ns, self._nearest[1]
 
     def _is_stuck(self, situation: Situation, distance: float) -> bool:
         now_ns = situation.now_ns

@@ -35,8 +35,6 @@ _REACH_S = 0.2
 """The wheels' own word is a while late: the motors are asked for what they can come to in that time."""
 _MARGIN = 0.05
 """m that is kept from obstacles."""
-_TURN_ACCELERATION = 3.0
-"""rad/s^2."""
 
 
 class Steered:
@@ -45,7 +43,7 @@ class Steered:
     def __init__(self, way: Way, robot: Robot, planner: Planner | None = None) -> None:
         self._way = way
         self._robot = robot
-        self._limits = Limits(robot.speed, robot.turn_rate, robot.acceleration, _TURN_ACCELERATION)
+        self._limits = Limits(robot.speed, robot.turn_rate, robot.acceleration, robot.turn_acceleration)
         self._navigator: Navigator | None = None
         self._approach = Approach(robot.radius)
         self._planner = planner
@@ -65,13 +63,18 @@ class Steered:
         if self._planner is not None:
             there = self._planner.aim(local, pose, now_ns, (goal.x, goal.y))
         twist = self._navigator.steer(local, moment, there, _REACH_S, self._latency_s).twist
-        limit = self._approach.limit(now_ns, self._latency_s, self._robot.acceleration)
+        limit = self._approach.limit(now_ns, self._reaction_s, self._robot.acceleration)
         return twist if abs(twist.speed) <= limit else twist.times(limit / abs(twist.speed))
 
     @property
     def _latency_s(self) -> float:
-        """A round of pings, and two steps."""
-        return 0.15 + 2.0 * self._robot.period_s
+        """A round of pings, and then the wheels."""
+        return 0.15 + self._reaction_s
+
+    @property
+    def _reaction_s(self) -> float:
+        """Two steps."""
+        return 2.0 * self._robot.period_s
 
     def _made(self, local: LocalGrid) -> Navigator:
         robot, geometry = self._robot, local.geometry

@@ -1,10 +1,12 @@
 """What comes nearer by itself is met standing; what stands is not taken for it."""
 
+from itertools import pairwise
 from math import inf, pi
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pytest import approx
 
 from echogrid.drivers.readings import Outcome, RangeReading
 from echogrid.mapping.approach import Approach
@@ -50,6 +52,14 @@ def test_a_robot_that_drives_at_a_wall_sees_nothing_come(own: float, away: float
 def test_the_first_sign_slows_down_to_what_can_be_stopped() -> None:
     near, far = limit_after(towards(1.2, 1.0, 2)), limit_after(towards(2.5, 1.0, 2))
     assert 0.0 < near < far < inf
+
+
+def test_the_time_that_is_left_runs_while_no_ping_comes() -> None:
+    approach = Approach(RADIUS)
+    for cycle, distance in enumerate(towards(2.0, 1.0, 2)):
+        approach.take(ping(cycle, Pose(), distance))
+    limits = [approach.limit(CYCLE_NS + later * 100_000_000, 0.25, 0.8) for later in range(4)]
+    assert [before - after for before, after in pairwise(limits)] == approx([0.08] * 3)
 
 
 @pytest.mark.parametrize("gone", [[None, None, 3.0], [3.0, 3.1, 3.2]], ids=["silence", "it leaves"])

@@ -70,7 +70,7 @@ class Around:
         dx, dy = geometry.x_centres[np.newaxis, :] - at.x, geometry.y_centres[:, np.newaxis] - at.y
         self.local.seen_ns[np.hypot(dx, dy) <= radius] = stamp_ns
 
-    def look(self, twist: Twist = Twist(0.4), latency_s: float = LATENCY_S) -> FreePath:  # noqa: B008
+    def look(self, twist: Twist = Twist(0.4), latency_s: float = LATENCY_S) -> FreePath:  # noqa: B008 - a Twist is frozen
         return self.sensor.look(self.local, self.robot, NOW, twist, latency_s)
 
 

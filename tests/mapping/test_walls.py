@@ -97,6 +97,12 @@ def test_silence_from_another_direction_erases_no_wall(slant: float, told: float
     assert (after[before > 0] >= before[before > 0]).all()
 
 
+def test_nor_does_it_tell_that_the_wall_was_seen() -> None:
+    wall = listened(STRAIGHT).grid.log_odds > 0
+    after = listened(STRAIGHT, *[(pi / 2.0 - 0.4, 3.0)] * 3)
+    assert (after.seen_ns[wall] == 1).all()
+
+
 @given(st.floats(-0.2, 0.2))
 def test_silence_from_its_own_direction_does(slant: float) -> None:
     local = listened(STRAIGHT, *[(pi / 2.0 - slant, 3.0)] * 4)

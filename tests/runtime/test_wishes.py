@@ -106,12 +106,13 @@ def test_whatever_comes_is_a_finite_twist_or_refused(data: bytes) -> None:
         assert each == 0.0 or 1e-6 <= abs(each) <= 100.0
 
 
-def test_a_flood_does_not_keep_the_loop(tmp_path: Path) -> None:
+def test_a_flood_neither_keeps_the_loop_nor_moves_the_robot() -> None:
     sender = Sender(udp_socket(0))
     for _ in range(100):
         sender.want(0.1, 0.0)
     sender.want(0.4, 0.0)
-    assert sender.wishes.poll(SECOND_NS) == Twist(0.1, 0.0)
+    assert sender.wishes.poll(SECOND_NS) == STANDSTILL
+    assert sender.wishes.refused == {"flooded": 1}
     assert sender.wishes.poll(SECOND_NS) == Twist(0.4, 0.0)
     sender.close()
 
@@ -119,6 +120,16 @@ def test_a_flood_does_not_keep_the_loop(tmp_path: Path) -> None:
 def test_a_socket_left_by_an_earlier_run_is_replaced(tmp_path: Path) -> None:
     unix_socket(tmp_path / "wishes").close()
     unix_socket(tmp_path / "wishes").close()
+
+
+def test_a_socket_that_is_heard_is_not_taken_from_its_owner(tmp_path: Path) -> None:
+    owner = SocketWishes(unix_socket(tmp_path / "wishes"))
+    with pytest.raises(OSError, match="in use"):
+        unix_socket(tmp_path / "wishes")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender:
+        sender.sendto(b'{"speed": 0.1, "turn_rate": 0.0}', str(tmp_path / "wishes"))
+    assert owner.poll(SECOND_NS) == Twist(0.1, 0.0)
+    owner.close()
 
 
 def test_nothing_but_a_socket_is_replaced(tmp_path: Path) -> None:
