@@ -12,8 +12,9 @@ from echogrid.mapping import wheel_runs
 from echogrid.mapping.kinematics import Differential
 from echogrid.mapping.wheel_runs import Point, WheelRun
 from echogrid.runtime import assembly, map_files, robot_file, simple_log
-from echogrid.runtime.config import Config, RobotConfig
+from echogrid.runtime.config import Config
 from echogrid.runtime.errors import UsageError
+from echogrid.runtime.hardware_config import RobotConfig
 from echogrid.runtime.recording import wheel_rows
 from echogrid.runtime.simple_log import RowFaults
 from echogrid.runtime.toml_edit import with_values

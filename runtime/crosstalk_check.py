@@ -19,7 +19,8 @@ from echogrid.emulation.transducers import TRANSDUCERS
 from echogrid.mapping.placed_ping import PlacedPing
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.verification import Verifier, heard_at
-from echogrid.runtime.config import BusConfig, Config, FiringConfig, SensorConfig
+from echogrid.runtime.config import Config, FiringConfig
+from echogrid.runtime.hardware_config import BusConfig, SensorConfig
 from echogrid.runtime.lines import plan_of
 from echogrid.runtime.loop import SECOND_NS
 

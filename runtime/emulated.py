@@ -20,8 +20,9 @@ from echogrid.emulation.transducers import TRANSDUCERS
 from echogrid.emulation.world import World
 from echogrid.mapping.kinematics import Ackermann, Differential
 from echogrid.runtime import assembly
-from echogrid.runtime.config import Config, GyroConfig, SensorConfig, WheelConfig
+from echogrid.runtime.config import Config
 from echogrid.runtime.errors import ConfigError
+from echogrid.runtime.hardware_config import GyroConfig, SensorConfig, WheelConfig
 from echogrid.runtime.lines import lines
 from echogrid.runtime.toml_values import Problem
 

@@ -15,10 +15,11 @@ from echogrid.drivers.role import Call, GyroRole, RangerRole, Steering, WheelRol
 from echogrid.drivers.sound import speed_of_sound
 from echogrid.drivers.throttle import Throttle
 from echogrid.drivers.yaw_gyro import is_for_gyros
-from echogrid.runtime.config import Config, GyroConfig, SensorConfig, WheelConfig
+from echogrid.runtime.config import Config
 from echogrid.runtime.errors import ConfigError
 from echogrid.runtime.firing import Plan, firing_plan
 from echogrid.runtime.firing_times import Pinger
+from echogrid.runtime.hardware_config import GyroConfig, SensorConfig, WheelConfig
 from echogrid.runtime.toml_lines import Place
 from echogrid.runtime.toml_values import Problem, structured
 

@@ -9,8 +9,9 @@ from echogrid.drivers import registry
 from echogrid.drivers.clock import Clock
 from echogrid.drivers.errors import UnknownDriverError
 from echogrid.drivers.yaw_gyro import is_for_gyros
-from echogrid.runtime.config import BusConfig, Config, GyroConfig, SensorConfig, WheelConfig
+from echogrid.runtime.config import Config
 from echogrid.runtime.errors import ConfigError, UsageError, described
+from echogrid.runtime.hardware_config import BusConfig, GyroConfig, SensorConfig, WheelConfig
 from echogrid.runtime.lines import line_of
 from echogrid.runtime.lone_bus import LoneBus, lone_bus
 from echogrid.runtime.ports import real_ports

@@ -16,7 +16,8 @@ from echogrid.mapping.reckoning import YawRate
 from echogrid.mapping.wheel_pair import WheelAngles
 from echogrid.mapping.wheel_runs import WheelRun, from_squares, square_errors
 from echogrid.runtime import assembly
-from echogrid.runtime.config import Config, FiringConfig, RobotConfig
+from echogrid.runtime.config import Config, FiringConfig
+from echogrid.runtime.hardware_config import RobotConfig
 from echogrid.runtime.service import Sink
 from echogrid.runtime.simulated_run import simulated_run
 

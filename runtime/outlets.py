@@ -3,7 +3,8 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from echogrid.runtime.config import Config, OutputConfig
+from echogrid.runtime.config import Config
+from echogrid.runtime.obstacle_config import OutputConfig
 from echogrid.runtime.outputs.beacon import Beacon
 from echogrid.runtime.outputs.binary import datagram
 from echogrid.runtime.outputs.datagrams import Address, DatagramOutput

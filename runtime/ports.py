@@ -7,8 +7,9 @@ from typing import Any
 from echogrid.drivers.bus import Port
 from echogrid.drivers.device import BusLine
 from echogrid.drivers.transports.ports import make_port
-from echogrid.runtime.config import BusConfig, Config
+from echogrid.runtime.config import Config
 from echogrid.runtime.errors import ConfigError
+from echogrid.runtime.hardware_config import BusConfig
 from echogrid.runtime.toml_values import Problem
 
 _SOCKET = "unix:"

@@ -10,8 +10,9 @@ from pathlib import Path
 
 from echogrid.drivers.readings import RangeReading, classify
 from echogrid.mapping.pose import Pose, wrap_angle
-from echogrid.runtime.config import Config, MapConfig, SensorConfig
+from echogrid.runtime.config import Config, MapConfig
 from echogrid.runtime.errors import UsageError
+from echogrid.runtime.hardware_config import SensorConfig
 from echogrid.runtime.recording import ROBOND_RANGES, Recording, monotonic
 from echogrid.runtime.simple_log import RowFaults
 

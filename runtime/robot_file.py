@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from echogrid.runtime import sonar_model_file
-from echogrid.runtime.config import Config, GyroConfig, RobotConfig, SensorConfig, WheelConfig
+from echogrid.runtime.config import Config
 from echogrid.runtime.errors import ConfigError, UsageError, described
+from echogrid.runtime.hardware_config import GyroConfig, RobotConfig, SensorConfig, WheelConfig
 from echogrid.runtime.toml_lines import Place, key_lines
 from echogrid.runtime.toml_values import Problem, nearest, structured
 

@@ -11,8 +11,9 @@ from echogrid.mapping import wall_trials
 from echogrid.mapping.sensor_calibration import Beam, Calibration, Estimate, calibrated
 from echogrid.mapping.wall_trials import Ping, Trials
 from echogrid.runtime import assembly, model_trial
-from echogrid.runtime.config import Config, SensorConfig
+from echogrid.runtime.config import Config
 from echogrid.runtime.errors import UsageError
+from echogrid.runtime.hardware_config import SensorConfig
 from echogrid.runtime.model_trial import Beliefs, ModelTrial
 from echogrid.runtime.recording import Recording
 from echogrid.runtime.reference_map import LoggedPing, Reference

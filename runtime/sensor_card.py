@@ -13,7 +13,8 @@ from echogrid.mapping.sensor_calibration import (
     Own,
     TooFew,
 )
-from echogrid.runtime.config import Config, SensorConfig
+from echogrid.runtime.config import Config
+from echogrid.runtime.hardware_config import SensorConfig
 from echogrid.runtime.model_trial import ModelTrial
 from echogrid.runtime.sensor_calibration import Result
 

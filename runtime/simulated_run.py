@@ -6,8 +6,9 @@ from echogrid.drivers.clock import JumpingClock
 from echogrid.emulation.robot import EmulatedRobot
 from echogrid.emulation.round import Round
 from echogrid.emulation.world import World
-from echogrid.runtime.config import Config, RobotConfig
+from echogrid.runtime.config import Config
 from echogrid.runtime.emulated import emulated_robot
+from echogrid.runtime.hardware_config import RobotConfig
 from echogrid.runtime.loop import SECOND_NS, FixedRateLoop
 from echogrid.runtime.modes.mode import Mode
 from echogrid.runtime.pump import Pump

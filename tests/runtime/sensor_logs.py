@@ -16,7 +16,8 @@ from echogrid.emulation.truth import truth
 from echogrid.emulation.world import World
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.pose import Pose
-from echogrid.runtime.config import Config, MapConfig, SensorConfig
+from echogrid.runtime.config import Config, MapConfig
+from echogrid.runtime.hardware_config import SensorConfig
 from echogrid.runtime.loop import SECOND_NS
 from echogrid.runtime.recording import Recording
 from echogrid.runtime.reference_map import Reference, faces_of_world, known

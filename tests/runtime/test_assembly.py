@@ -5,9 +5,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from echogrid.runtime import assembly, lines, robot_file
-from echogrid.runtime.config import BusConfig, Config, FiringConfig, RobotConfig
+from echogrid.runtime.config import Config, FiringConfig
 from echogrid.runtime.emulated import DEFAULT_ROBOT
 from echogrid.runtime.errors import ConfigError, UsageError
+from echogrid.runtime.hardware_config import BusConfig, RobotConfig
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,8 @@ import pytest
 from echogrid.emulation.motion import Tour
 from echogrid.runtime import robot_file
 from echogrid.runtime.command_line import main
-from echogrid.runtime.config import RobotConfig
 from echogrid.runtime.emulated import DEFAULT_ROBOT
+from echogrid.runtime.hardware_config import RobotConfig
 from echogrid.runtime.log_writer import LogWriter
 from echogrid.runtime.odometry_check import drive, square
 

@@ -24,7 +24,7 @@ from echogrid.emulation.offices import office_tour
 from echogrid.emulation.wires.memory import MemoryPort
 from echogrid.mapping.pose import wrap_angle
 from echogrid.runtime import evaluation
-from echogrid.runtime.config import WheelConfig
+from echogrid.runtime.hardware_config import WheelConfig
 from echogrid.runtime.pump import Pump
 from echogrid.runtime.reading_queue import ReadingQueue
 from echogrid.runtime.simulated_run import START_NS

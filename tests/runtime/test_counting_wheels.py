@@ -20,7 +20,8 @@ from echogrid.emulation.models import WHEELS
 from echogrid.emulation.offices import office_tour
 from echogrid.mapping.pose import wrap_angle
 from echogrid.runtime import evaluation, offline
-from echogrid.runtime.config import Config, WheelConfig
+from echogrid.runtime.config import Config
+from echogrid.runtime.hardware_config import WheelConfig
 from echogrid.runtime.loop import SECOND_NS
 from echogrid.runtime.simulated_run import START_NS
 

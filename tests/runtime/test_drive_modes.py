@@ -121,7 +121,7 @@ def test_before_a_wall_it_may_turn_and_back_off(guarded: Drive, wisher: Wisher) 
     stood = guarded.poses[-1]
     wisher.wish = Twist(0.3, 0.6)
     guarded.live(1.0)
-    assert guarded.asked[-1] == approx_twist(0.0, 0.6)
+    assert near(guarded.asked[-1], Twist(0.0, 0.6))
     guarded.live(2.0)
     assert guarded.poses[-1].yaw > stood.yaw + 1.0
     wisher.wish = Twist(0.0, -0.6)
@@ -131,21 +131,8 @@ def test_before_a_wall_it_may_turn_and_back_off(guarded: Drive, wisher: Wisher) 
     assert guarded.poses[-1].x < stood.x - 0.2
 
 
-def approx_twist(speed: float, turn_rate: float) -> object:
-    return Approximately(Twist(speed, turn_rate))
-
-
-class Approximately:
-    """Equal to any twist that is nearly the same."""
-
-    def __init__(self, twist: Twist) -> None:
-        self.twist = twist
-
-    def __eq__(self, other: object) -> bool:
-        own = self.twist.speed, self.twist.turn_rate
-        return isinstance(other, Twist) and (other.speed, other.turn_rate) == approx(own, abs=1e-6)
-
-    __hash__ = None  # type: ignore[assignment]
+def near(one: Twist, other: Twist) -> bool:
+    return (one.speed, one.turn_rate) == approx((other.speed, other.turn_rate), abs=1e-6)
 
 
 def test_a_wish_beyond_the_limits_is_the_same_curve_within_them(guarded: Drive, wisher: Wisher) -> None:

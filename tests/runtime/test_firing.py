@@ -10,12 +10,13 @@ from hypothesis import strategies as st
 from echogrid.drivers.pace import Pace
 from echogrid.drivers.role import Call, Slot
 from echogrid.runtime import lines, robot_file
-from echogrid.runtime.config import Config, FiringConfig, SensorConfig
+from echogrid.runtime.config import Config, FiringConfig
 from echogrid.runtime.emulated import DEFAULT_ROBOT
 from echogrid.runtime.errors import ConfigError
 from echogrid.runtime.firing import Plan, firing_plan
 from echogrid.runtime.firing_groups import angle_between
 from echogrid.runtime.firing_times import RING_DOWN_NS, SLACK_NS, Pinger, worst_gap_ns
+from echogrid.runtime.hardware_config import SensorConfig
 
 MS = 1_000_000
 SPEED = 343.214

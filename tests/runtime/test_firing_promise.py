@@ -11,12 +11,13 @@ from echogrid.emulation.devices.surroundings import Surroundings
 from echogrid.emulation.robot import EmulatedRobot, RangerSpec
 from echogrid.emulation.scene import Echo
 from echogrid.runtime import lines, robot_file
-from echogrid.runtime.config import BusConfig, Config, FiringConfig, SensorConfig
+from echogrid.runtime.config import Config, FiringConfig
 from echogrid.runtime.emulated import DEFAULT_ROBOT, robot_spec
 from echogrid.runtime.errors import ConfigError
 from echogrid.runtime.firing import Plan
 from echogrid.runtime.firing_patterns import PATTERNS
 from echogrid.runtime.firing_times import CYCLE_NS
+from echogrid.runtime.hardware_config import BusConfig, SensorConfig
 from echogrid.runtime.loop import SECOND_NS
 from echogrid.runtime.pump import Pump
 from echogrid.runtime.reading_queue import ReadingQueue

@@ -11,15 +11,9 @@ from echogrid.drivers.readings import Outcome, RangeReading, Reading, WheelReadi
 from echogrid.mapping.long_term_map import MapImage
 from echogrid.mapping.virtual_sensor import StopReason
 from echogrid.runtime import assembly, offline
-from echogrid.runtime.config import (
-    Config,
-    FiringConfig,
-    LocalConfig,
-    MapConfig,
-    RobotConfig,
-    SensorConfig,
-)
+from echogrid.runtime.config import Config, FiringConfig, LocalConfig, MapConfig
 from echogrid.runtime.fusion import Fusion, Snapshot
+from echogrid.runtime.hardware_config import RobotConfig, SensorConfig
 from echogrid.runtime.recording import Recording
 
 from .fakes import MS, SECOND, echo, told, wheels

@@ -4,9 +4,10 @@ import pytest
 from pytest import approx
 
 from echogrid.runtime import assembly, robot_file
-from echogrid.runtime.config import Config, RobotConfig, SensorConfig
+from echogrid.runtime.config import Config
 from echogrid.runtime.emulated import DEFAULT_ROBOT
 from echogrid.runtime.errors import ConfigError
+from echogrid.runtime.hardware_config import RobotConfig, SensorConfig
 from echogrid.runtime.hull import footprint
 
 from .test_fusion import CONFIG

@@ -26,9 +26,10 @@ from echogrid.emulation.server import Server
 from echogrid.emulation.wires.memory import MemoryPort
 from echogrid.mapping.pose import wrap_angle
 from echogrid.runtime import evaluation
-from echogrid.runtime.config import Config, WheelConfig
+from echogrid.runtime.config import Config
 from echogrid.runtime.emulated import emulated_robot
 from echogrid.runtime.errors import ConfigError
+from echogrid.runtime.hardware_config import WheelConfig
 from echogrid.runtime.lines import lines
 from echogrid.runtime.loop import SECOND_NS
 from echogrid.runtime.ports import real_ports

@@ -10,9 +10,10 @@ from echogrid.drivers.device import Line
 from echogrid.emulation.buses.can_bus import CanBus
 from echogrid.emulation.wires.memory import MemoryPort
 from echogrid.runtime import assembly, outlets, robot_file
-from echogrid.runtime.config import Config, OutputConfig
+from echogrid.runtime.config import Config
 from echogrid.runtime.emulated import DEFAULT_ROBOT
 from echogrid.runtime.errors import UsageError
+from echogrid.runtime.obstacle_config import OutputConfig
 from echogrid.runtime.pump import Pump
 
 from .views import at

@@ -7,9 +7,10 @@ import pytest
 from echogrid.drivers.bus import Port
 from echogrid.drivers.errors import PortError
 from echogrid.runtime import lines, robot_file
-from echogrid.runtime.config import BusConfig, Config
+from echogrid.runtime.config import Config
 from echogrid.runtime.emulated import DEFAULT_ROBOT
 from echogrid.runtime.errors import ConfigError
+from echogrid.runtime.hardware_config import BusConfig
 from echogrid.runtime.ports import real_ports
 
 

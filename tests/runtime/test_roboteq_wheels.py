@@ -21,8 +21,8 @@ from echogrid.emulation.models import WHEELS
 from echogrid.emulation.offices import office_tour
 from echogrid.emulation.wires.memory import MemoryPort
 from echogrid.runtime import evaluation
-from echogrid.runtime.config import WheelConfig
 from echogrid.runtime.errors import ConfigError
+from echogrid.runtime.hardware_config import WheelConfig
 from echogrid.runtime.lines import lines
 from echogrid.runtime.pump import Pump
 from echogrid.runtime.reading_queue import ReadingQueue
