@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from echogrid.drivers.readings import Outcome, RangeReading
 from echogrid.mapping.approach import Approach
-from echogrid.mapping.free_path import FreePath, PathEnd, PathSensor
+from echogrid.mapping.free_path import STANDING, FreePath, PathEnd, PathSensor
 from echogrid.mapping.latency import Latency
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.placed_ping import PlacedPing
@@ -14,7 +14,7 @@ from echogrid.mapping.stop_layer import StopLayer
 from echogrid.mapping.twist import Twist
 from echogrid.mapping.unknown import Unknown
 from echogrid.mapping.verification import Believer, Verifier, heard_at
-from echogrid.mapping.virtual_sensor import ObstacleView, StopReason, VirtualSensor
+from echogrid.mapping.virtual_sensor import Ahead, ObstacleView, StopReason, VirtualSensor
 
 _WORST_FIRST = tuple(StopReason)
 _ENDS = {
@@ -74,28 +74,30 @@ class Lookout:
         What is ahead stops it if the twist leads ahead, or is none. While no ranger at all tells anything
         nothing may be driven.
         """
-        view = self._readers.sectors.view(self.local, robot, now_ns)
-        path = self.path(robot, now_ns, twist)
-        reasons = {_ENDS[path.end]} if path.limit == 0.0 else set()
-        if twist.speed > 0.0 or twist.stands:
-            reasons |= self._ahead(view, now_ns)
-            path = self._slowed(view, path)
-        if twist.speed != 0.0 or twist.stands:
-            path = path.limited(self._met(now_ns))
-            reasons |= {StopReason.NEAR} if path.limit == 0.0 and not reasons else set()
+        path, reasons = self._judged(robot, now_ns, twist)
         heard_ns = self._latency.newest_ns
-        if not heard_ns:
-            reasons.add(StopReason.UNKNOWN)
-        elif self._stop.is_old(heard_ns, now_ns):
-            reasons.add(StopReason.SILENT)
         return replace(
-            view,
+            self._readers.sectors.view(self.local, robot, now_ns),
             reason=next((reason for reason in _WORST_FIRST if reason in reasons), None),
             path=path,
             silent=(*self._stop.silent(now_ns), *self._stop.unheard()),
             age_ns=max(now_ns - heard_ns, 0) if heard_ns else None,
             latency_ns=self.latency_ns,
         )
+
+    def allowed(self, robot: Pose, now_ns: int, wish: Twist) -> Twist:
+        """The safe part of a wish: as far as the way along it allows, at the same curve; if that must not be
+        driven, what it says of turning, as far as that is free."""
+        if wish.stands:
+            return STANDING
+        path, reasons = self._judged(robot, now_ns, wish)
+        if not reasons:
+            return path.allowed
+        turn = Twist(0.0, wish.turn_rate)
+        if wish.speed == 0.0 or turn.stands:
+            return STANDING
+        path, reasons = self._judged(robot, now_ns, turn)
+        return STANDING if reasons else path.allowed
 
     def path(self, robot: Pose, now_ns: int, twist: Twist) -> FreePath:
         """The way along any twist."""
@@ -106,9 +108,27 @@ class Lookout:
         """From a sound's echo to wheels that heed it: as measured, up to the tick, and what follows."""
         return self._latency.worst_ns + self._readers.reaction_ns
 
-    def _ahead(self, view: ObstacleView, now_ns: int) -> set[StopReason]:
+    def _judged(self, robot: Pose, now_ns: int, twist: Twist) -> tuple[FreePath, set[StopReason]]:
+        """The way along a twist, and all that stops whoever takes it."""
+        path = self.path(robot, now_ns, twist)
+        reasons = {_ENDS[path.end]} if path.limit == 0.0 else set()
+        if twist.speed > 0.0 or twist.stands:
+            ahead = self._readers.sectors.ahead(self.local, robot, now_ns)
+            reasons |= self._ahead(ahead, now_ns)
+            path = self._slowed(ahead, path)
+        if twist.speed != 0.0 or twist.stands:
+            path = path.limited(self._met(now_ns))
+            reasons |= {StopReason.NEAR} if path.limit == 0.0 and not reasons else set()
+        heard_ns = self._latency.newest_ns
+        if not heard_ns:
+            reasons.add(StopReason.UNKNOWN)
+        elif self._stop.is_old(heard_ns, now_ns):
+            reasons.add(StopReason.SILENT)
+        return path, reasons
+
+    def _ahead(self, ahead: Ahead, now_ns: int) -> set[StopReason]:
         """What stops whoever drives ahead."""
-        reasons = {view.reason} if view.reason else set()
+        reasons = {ahead.reason} if ahead.reason else set()
         if self._stop.must_stop(now_ns):
             reasons.add(StopReason.NEAR)
         if self._stop.silent(now_ns):
@@ -122,12 +142,11 @@ class Lookout:
         readers = self._readers
         return self._approach.limit(now_ns, readers.reaction_ns * 1e-9, readers.path.deceleration)
 
-    def _slowed(self, view: ObstacleView, path: FreePath) -> FreePath:
+    def _slowed(self, ahead: Ahead, path: FreePath) -> FreePath:
         """The way ahead, where something beside it is unknown or stale."""
-        readers = self._readers
-        if readers.unknown is not Unknown.SLOW or not readers.sectors.doubts(view):
+        if self._readers.unknown is not Unknown.SLOW or not ahead.doubtful:
             return path
-        return path.limited(readers.slow)
+        return path.limited(self._readers.slow)
 
     def _fuse(self, ping: PlacedPing) -> None:
         """For avoidance, what is too close is an obstacle at the blanking distance."""

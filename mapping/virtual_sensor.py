@@ -1,5 +1,6 @@
 """The obstacle sensor which is read instead of the sonars: sectors of the local grid around the robot."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from math import inf, pi
@@ -106,6 +107,16 @@ class ObstacleView:
 
 
 @dataclass(frozen=True, slots=True)
+class Ahead:
+    """What the sectors ahead say to whoever drives there."""
+
+    reason: StopReason | None
+    """Why it must stop, if it must."""
+    doubtful: bool
+    """Whether any of them is unknown or stale."""
+
+
+@dataclass(frozen=True, slots=True)
 class Sight:
     """How the local grid is read."""
 
@@ -137,19 +148,21 @@ class VirtualSensor:
         offsets = (np.arange(cells, dtype=np.float64) - cells // 2) * resolution
         distance = np.hypot(offsets[np.newaxis, :], offsets[:, np.newaxis])
         self._rows, self._cols = np.nonzero((distance <= sight.horizon) & (distance > 0.0))
+        self._flat = self._rows * cells + self._cols
         self._turns_per_rad = sight.sectors / (2.0 * pi)
         self._turns = np.arctan2(offsets[self._rows], offsets[self._cols]) * self._turns_per_rad
         self._bearings = [wrap_angle(2.0 * pi * k / sight.sectors) for k in range(sight.sectors)]
+        self._is_ahead = np.abs(self._bearings) <= sight.ahead + _ROUNDING
+        """(sectors,)"""
 
     def view(self, local: LocalGrid, robot: Pose, now_ns: int) -> ObstacleView:
         """The sectors around the robot (its pose in the odom frame) now."""
         sight, count = self._sight, self._sight.sectors
         sector = self._sectors(robot.yaw)
-        log_odds, seen_ns = local.grid.log_odds[self._rows, self._cols], local.seen_ns[self._rows, self._cols]
+        log_odds, seen_ns = local.grid.log_odds.take(self._flat), local.seen_ns.take(self._flat)
+        known, recent = self._parts(sector, seen_ns, now_ns)
         lately = seen_ns > now_ns - sight.stale_ns
         total = np.maximum(np.bincount(sector, minlength=count), 1)
-        known = np.bincount(sector, seen_ns > 0, count) / total
-        recent = np.bincount(sector, lately, count) / total
         empty = np.bincount(sector, np.where(lately, _EMPTY[log_odds], 0.0), count) / total
         newest_ns = np.zeros(count, np.int64)
         np.maximum.at(newest_ns, sector, seen_ns)
@@ -168,26 +181,52 @@ class VirtualSensor:
             )
             for k, bearing in enumerate(self._bearings)
         )
-        return ObstacleView(now_ns, sectors, self._stop_reason(sectors), sight.unknown)
+        ahead = self._judged([sectors[k] for k in np.flatnonzero(self._is_ahead)])
+        return ObstacleView(now_ns, sectors, ahead.reason, sight.unknown)
 
-    def doubts(self, view: ObstacleView) -> bool:
-        """Whether anything ahead is unknown or stale."""
-        return any(sector.state in _DOUBTFUL for sector in view.sectors if self._is_ahead(sector))
+    def ahead(self, local: LocalGrid, robot: Pose, now_ns: int) -> Ahead:
+        """What the view says of the sectors ahead, for less than a view costs."""
+        sector = self._sectors(robot.yaw)
+        chosen = np.flatnonzero(self._is_ahead[sector])
+        sector, flat = sector[chosen], self._flat[chosen]
+        known, recent = self._parts(sector, local.seen_ns.take(flat), now_ns)
+        hits = np.flatnonzero(local.grid.log_odds.take(flat) >= self._sight.occupied * MILLI)
+        nearest = np.full(self._sight.sectors, inf)
+        np.minimum.at(nearest, sector[hits], self._distances(local, robot, chosen[hits]))
+        return self._judged(
+            [
+                Sector(self._bearings[k], self._state(known[k], recent[k], nearest[k]), float(nearest[k]))
+                for k in np.flatnonzero(self._is_ahead)
+            ]
+        )
 
     def _sectors(self, yaw: float) -> NDArray[np.intp]:
         """(n,) The sector of each cell within the horizon."""
         return np.floor(self._turns - (yaw * self._turns_per_rad - 0.5)).astype(np.intp) % self._sight.sectors
+
+    def _parts(
+        self, sector: NDArray[np.intp], seen_ns: NDArray[np.int64], now_ns: int
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(sectors,) The parts of these cells that were spoken of ever, and lately."""
+        count = self._sight.sectors
+        total = np.maximum(np.bincount(sector, minlength=count), 1)
+        lately = seen_ns > now_ns - self._sight.stale_ns
+        return np.bincount(sector, seen_ns > 0, count) / total, np.bincount(sector, lately, count) / total
+
+    def _distances(self, local: LocalGrid, robot: Pose, cells: NDArray[np.intp]) -> NDArray[np.float64]:
+        """(n,) m, of cells within the horizon, exactly."""
+        geometry = local.geometry
+        dx = geometry.x + (self._cols[cells] + 0.5) * geometry.resolution - robot.x
+        dy = geometry.y + (self._rows[cells] + 0.5) * geometry.resolution - robot.y
+        return np.hypot(dx, dy)
 
     def _nearest(
         self, local: LocalGrid, robot: Pose, sector: NDArray[np.intp]
     ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
         """(sectors,) The nearest obstacle's distance in each, and its cell; inf and -1 without one."""
         nearest, cell = np.full(self._sight.sectors, inf), np.full(self._sight.sectors, -1, np.intp)
-        hits = np.flatnonzero(local.grid.log_odds[self._rows, self._cols] >= self._sight.occupied * MILLI)
-        geometry = local.geometry
-        dx = geometry.x + (self._cols[hits] + 0.5) * geometry.resolution - robot.x
-        dy = geometry.y + (self._rows[hits] + 0.5) * geometry.resolution - robot.y
-        distance = np.hypot(dx, dy)
+        hits = np.flatnonzero(local.grid.log_odds.take(self._flat) >= self._sight.occupied * MILLI)
+        distance = self._distances(local, robot, hits)
         far_to_near = np.argsort(-distance, kind="stable")
         ordered = hits[far_to_near]  # of values for one place the last stays
         nearest[sector[ordered]], cell[sector[ordered]] = distance[far_to_near], ordered
@@ -201,16 +240,14 @@ class VirtualSensor:
             return SectorState.UNKNOWN
         return SectorState.CLEAR if recent >= self._sight.known else SectorState.STALE
 
-    def _is_ahead(self, sector: Sector) -> bool:
-        return abs(sector.bearing) <= self._sight.ahead + _ROUNDING
-
-    def _stop_reason(self, sectors: tuple[Sector, ...]) -> StopReason | None:
-        ahead = [sector for sector in sectors if self._is_ahead(sector)]
+    def _judged(self, ahead: Sequence[Sector]) -> Ahead:
+        """What comes of the sectors ahead."""
         states = {sector.state for sector in ahead}
+        reason = None
         if any(sector.nearest <= self._sight.stop_distance for sector in ahead):
-            return StopReason.NEAR
-        if self._sight.unknown is not Unknown.BLOCKED:
-            return None
-        if SectorState.UNKNOWN in states:
-            return StopReason.UNKNOWN
-        return StopReason.STALE if SectorState.STALE in states else None
+            reason = StopReason.NEAR
+        elif self._sight.unknown is Unknown.BLOCKED and SectorState.UNKNOWN in states:
+            reason = StopReason.UNKNOWN
+        elif self._sight.unknown is Unknown.BLOCKED and SectorState.STALE in states:
+            reason = StopReason.STALE
+        return Ahead(reason, not _DOUBTFUL.isdisjoint(states))

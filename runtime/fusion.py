@@ -153,6 +153,10 @@ class Fusion:
         """The obstacles, and what stops whoever drives with any twist, by what the last tick knew."""
         return self._lookout.view(self._odometry.pose, now_ns, twist)
 
+    def allowed(self, now_ns: int, wish: Twist) -> Twist:
+        """The safe part of a wish, by what the last tick knew."""
+        return self._lookout.allowed(self._odometry.pose, now_ns, wish)
+
     def map_image(self) -> MapImage:
         """The long-term map as it is now."""
         return self._mapper.map.render()

@@ -34,8 +34,7 @@ class Leg(Enum):
 class Voyage:
     """Called after each tick. A mode's end, or `stop`, leads to zero, and then the motors are let go.
 
-    What a mode wishes is driven as far as the way along it allows, at the same curve; if it must not be
-    driven, what it says of turning is, as far as that is free.
+    Of what a mode wishes the safe part is driven (Lookout.allowed).
     """
 
     def __init__(self, fusion: Fusion, helm: Helm, mode: Mode, wheels: Sequence[str]) -> None:
@@ -111,7 +110,7 @@ class Voyage:
             self._mode.rest(now_ns)
             return self._counted(STANDSTILL, held=False)
         wish = self._mode.wish(self._situation(snapshot))
-        wanted = self._safe(now_ns, wish)
+        wanted = self._fusion.allowed(now_ns, wish)
         return self._counted(wanted, held=wanted.stands and not wish.stands)
 
     def _situation(self, snapshot: Snapshot) -> Situation:
@@ -124,15 +123,6 @@ class Voyage:
             (now_ns - (self._ticked_ns or now_ns)) * 1e-9,
             snapshot.view.latency_ns * 1e-9,
         )
-
-    def _safe(self, now_ns: int, wish: Twist) -> Twist:
-        if wish.stands:
-            return STANDSTILL
-        view = self._fusion.view(now_ns, wish)
-        if not view.stop or wish.speed == 0.0:
-            return view.allowed
-        turn = Twist(0.0, wish.turn_rate)
-        return STANDSTILL if turn.stands else self._fusion.view(now_ns, turn).allowed
 
     def _counted(self, wanted: Twist, held: bool) -> Twist:
         self._stops += held and not self._held
