@@ -121,7 +121,6 @@ class Voyage:
             self._fusion.local,
             self._asked,
             (now_ns - (self._ticked_ns or now_ns)) * 1e-9,
-            snapshot.view.latency_ns * 1e-9,
         )
 
     def _counted(self, wanted: Twist, held: bool) -> Twist:

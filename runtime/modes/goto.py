@@ -39,9 +39,7 @@ class Goto:
         if goal.distance <= ARRIVED:
             return self._over(situation, reached=True)
         moment = Moment(situation.now_ns, situation.pose, situation.twist)
-        course = self._navigator.steer(
-            situation.local, moment, goal, situation.elapsed_s, situation.latency_s
-        )
+        course = self._navigator.steer(situation.local, moment, goal, situation.elapsed_s)
         if self._is_stuck(situation, goal.distance):
             return self._over(situation, reached=False)
         return course.twist

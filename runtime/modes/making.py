@@ -1,9 +1,10 @@
 """The modes that steer, from a robot's configuration."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import radians, sin
 
-from echogrid.mapping.free_path import PathSensor
+from echogrid.mapping.steering.decision import Steering
 from echogrid.mapping.steering.limits import Limits
 from echogrid.mapping.steering.navigator import Navigator
 from echogrid.mapping.steering.obstacles import Belief, Obstacles
@@ -15,6 +16,9 @@ from echogrid.runtime.drive_run import LEAST_HZ
 from echogrid.runtime.hull import footprint
 from echogrid.runtime.modes.goto import Goto
 from echogrid.runtime.modes.wander import Wander
+
+Way = Callable[[Window, Limits], Steering]
+"""What makes a way of steering for a robot."""
 
 _AHEAD = radians(45.0)
 """The half angle in which the stop layer stops whoever drives ahead."""
@@ -35,19 +39,18 @@ def wander(config: Config, seed: int) -> Wander:
     return Wander(navigator(config), seed)
 
 
-def navigator(config: Config) -> Navigator:
-    """VFH+ for that robot, as a disc, and within its limits."""
-    local, outline, sight = config.local, footprint(config), assembly.path_sight(config)
+def navigator(config: Config, way: Way = VfhPlus) -> Navigator:
+    """For that robot, as a disc, and within its limits."""
+    local, reach, sight = config.local, footprint(config).reach, assembly.path_sight(config)
     cells = round(local.size_m / local.resolution_m)
-    window = Window(local.resolution_m, cells, Body(outline.reach, _margin(config, outline.reach)))
+    window = Window(local.resolution_m, cells, Body(reach, _margin(config, reach)))
     limits = Limits(
         config.drive.max_speed_mps,
         radians(config.drive.max_turn_dps),
         min(config.drive.acceleration_mps2, config.avoid.deceleration_mps2),
     )
     obstacles = Obstacles(window, Belief(unknown=sight.unknown, stale_ns=sight.stale_ns))
-    path = PathSensor(outline, sight, local.resolution_m, cells)
-    return Navigator(VfhPlus(window, limits), obstacles, path, limits)
+    return Navigator(way(window, limits), obstacles, limits)
 
 
 def _margin(config: Config, reach: float) -> float:

@@ -22,8 +22,6 @@ class Situation:
     """That the motors are asked for."""
     elapsed_s: float
     """Since the last one."""
-    latency_s: float
-    """From a sound's echo to the wheels."""
 
 
 @dataclass(frozen=True, slots=True)

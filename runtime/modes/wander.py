@@ -41,9 +41,8 @@ class Wander:
         """As the navigator says."""
         now_ns, pose = situation.now_ns, situation.pose
         moment = Moment(now_ns, pose, situation.twist)
-        course = self._navigator.steer(
-            situation.local, moment, self._goal(now_ns, pose), situation.elapsed_s, situation.latency_s
-        )
+        goal = self._goal(now_ns, pose)
+        course = self._navigator.steer(situation.local, moment, goal, situation.elapsed_s)
         blocked = self._turn is None and not _leads_on(course.decision, pose)
         if self._progress.lacking(now_ns, pose) or blocked:
             self._turn = now_ns, self._random.uniform(-pi, pi)

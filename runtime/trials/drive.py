@@ -1,4 +1,4 @@
-"""One drive: plant, rangers, odometry, grid and pilot on one clock, from the start until it is over."""
+"""One drive: plant, rangers, odometry, lookout and pilot on one clock, from the start until it is over."""
 
 import hashlib
 import struct
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import hypot
 
-from echogrid.drivers.readings import Outcome, RangeReading
+from echogrid.drivers.readings import RangeReading
 from echogrid.emulation.hearing import Outing
 from echogrid.emulation.plant import Encoders, Plant
 from echogrid.emulation.world import Moment
@@ -15,19 +15,18 @@ from echogrid.mapping.odometry import Odometry
 from echogrid.mapping.placed_ping import PlacedPing
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.pose_buffer import PoseBuffer, PoseMiss
-from echogrid.mapping.twist import Twist
-from echogrid.mapping.verification import heard_at
+from echogrid.runtime import assembly
 from echogrid.runtime.loop import SECOND_NS
 from echogrid.runtime.trials.course import GOAL_M, Course, course
 from echogrid.runtime.trials.detection import Detection
 from echogrid.runtime.trials.job import Job
 from echogrid.runtime.trials.pilot import STANDING, Hiring, Robot
 from echogrid.runtime.trials.pinging import Pinging
-from echogrid.runtime.trials.rigs import RIGS, Rig
+from echogrid.runtime.trials.rigs import CONTROL_HZ, RIGS, Rig
 from echogrid.runtime.trials.troubles import Troubles
 from echogrid.runtime.trials.verdict import Bump, Verdict, Watch
 
-CONTROL_NS = 50_000_000
+CONTROL_NS = round(SECOND_NS / CONTROL_HZ)
 WHEELS_NS = 20_000_000
 _PATIENCE = 4.0
 """So many times as long as the shortest way takes at full speed,"""
@@ -100,16 +99,16 @@ class Drive:
             Differential(motors.wheel_radius, motors.wheel_radius, motors.track, _SPREAD)
         )
         self._poses = PoseBuffer()
-        self._local = self.rig.local_grid()
+        self._lookout = assembly.lookout(self.rig.config)
         self._rangers = {seat.ranger.name: seat.ranger for seat in self.rig.seats}
-        self._pilot = pilots[job.pilot](_as_known(self.rig))
+        self._pilot = pilots[job.pilot](Robot(self.rig.body.reach, self.rig.config))
         self._watch = Watch()
+        self._told: list[RangeReading] = []
+        """Since the pilot's last step."""
         self._unplaced: list[RangeReading] = []
-        self._fresh: list[int] = []
-        self._twist = STANDING
-        self._angles = self._encoders.read(self.plant.wheels)
+        self._asked = STANDING
         self._goal = Pose(*self.course.start).inverse().compose(Pose(*self.course.goal))
-        self._odometry.update(0, self._angles)
+        self._odometry.update(0, self._encoders.read(self.plant.wheels))
         self._poses.add(0, self._odometry.pose)
         self._anchor = 0, self.course.start
         self._heard = 0
@@ -132,47 +131,44 @@ class Drive:
             self._roll(now_ns)
         for reading in self._pinging.advance(now_ns):
             self.track.reading(reading)
-            self._unplaced.append(reading)
-        if self._unplaced:
-            self._place()
+            self._told.append(reading)
         if now_ns % CONTROL_NS == 0:
             self._steer(now_ns)
 
     def _roll(self, now_ns: int) -> None:
-        angles = self._encoders.read(self.plant.wheels)
-        motion = self._odometry.kinematics.motion(self._angles, angles)
-        self._angles = angles
-        rate = SECOND_NS / WHEELS_NS
-        self._twist = Twist(motion.forward * rate, motion.turn * rate)
-        self._poses.add(now_ns, self._odometry.update(now_ns, angles))
+        self._poses.add(now_ns, self._odometry.update(now_ns, self._encoders.read(self.plant.wheels)))
 
-    def _place(self) -> None:
-        """Fuse the readings whose poses are known."""
-        waiting, self._unplaced = self._unplaced, []
+    def _placed(self) -> list[PlacedPing]:
+        """Of the readings so far those whose poses are known by now; the others wait."""
+        waiting, self._unplaced = self._unplaced + self._told, []
+        placed = []
         for reading in waiting:
-            pose = self._poses.at(reading.stamp_ns)
+            pose, ranger = self._poses.at(reading.stamp_ns), self._rangers[reading.sensor]
             if isinstance(pose, Pose):
-                self._fuse(reading, pose)
+                placed.append(PlacedPing(reading, ranger, pose.compose(ranger.mount)))
             elif pose is PoseMiss.NOT_YET:
                 self._unplaced.append(reading)
+        return placed
 
-    def _fuse(self, reading: RangeReading, pose: Pose) -> None:
-        ranger = self._rangers[reading.sensor]
-        ping = PlacedPing(reading, ranger, pose.compose(ranger.mount))
-        if reading.outcome is not Outcome.INVALID:
-            self._local.fuse(ping.transducer, ranger, heard_at(ping), reading.stamp_ns)
-        self._pilot.hear(ping)
-        self._fresh.append(reading.stamp_ns)
+    def _look(self, now_ns: int) -> None:
+        """Take in what was told, as the tick of the robot's service does."""
+        placed = self._placed()
+        self._lookout.hear(self._told, now_ns)
+        self._lookout.see(placed, self._odometry.pose, now_ns)
+        self._told.clear()
+        for ping in placed:
+            self._pilot.hear(ping)
+        self._watch.latencies_ns += [now_ns - ping.reading.stamp_ns for ping in placed]
+        self._heard += len(placed)
 
     def _steer(self, now_ns: int) -> None:
+        self._look(now_ns)
         pose, plant = self._odometry.pose, self.plant
-        self._local.centre(pose)
-        self._local.fade(now_ns)
-        asked = self._pilot.step(now_ns, self._local, pose, self._twist, self._goal)
+        asked = self._pilot.step(now_ns, self._lookout.local, pose, self._asked, self._goal)
+        if self._pilot.guarded:
+            asked = self._lookout.allowed(pose, now_ns, asked)
+        self._asked = asked
         plant.ask(asked.speed, asked.turn_rate)
-        self._watch.latencies_ns += [now_ns - stamp_ns for stamp_ns in self._fresh]
-        self._heard += len(self._fresh)
-        self._fresh.clear()
         clearance = plant.gaps().least
         self._watch.see(clearance, plant.speed)
         by_wheels = (pose.x, pose.y, pose.yaw)
@@ -215,19 +211,3 @@ class Drive:
                 for contact in plant.contacts
             ),
         )
-
-
-def _as_known(rig: Rig) -> Robot:
-    """What its pilot knows of it."""
-    motors = rig.drive
-    rangers = tuple(seat.ranger for seat in rig.seats)
-    period_s = CONTROL_NS / SECOND_NS
-    return Robot(
-        radius=rig.body.reach,
-        rangers=rangers,
-        speed=motors.speed,
-        turn_rate=motors.turn_rate,
-        acceleration=motors.acceleration,
-        turn_acceleration=motors.turn_acceleration,
-        period_s=period_s,
-    )

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import radians
 from typing import Protocol
 
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.placed_ping import PlacedPing
 from echogrid.mapping.pose import Pose
-from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.twist import Twist
+from echogrid.runtime.config import Config
 
 STANDING = Twist()
 
@@ -16,12 +17,15 @@ STANDING = Twist()
 class Pilot(Protocol):
     """Steers towards a goal. Poses, goal and grid are in the odom frame."""
 
+    guarded: bool
+    """Whether only the safe part of what it asks for is driven, as in the robot's service (Lookout.allowed)."""
+
     def hear(self, ping: PlacedPing) -> None:
         """A reading and where its transducer was, as it comes in; the grid has it by the next step."""
         ...
 
     def step(self, now_ns: int, local: LocalGrid, pose: Pose, twist: Twist, goal: Pose) -> Twist:
-        """What to drive from now on: `pose` and `twist` are those of the odometry."""
+        """What to drive from now on: `pose` is that of the odometry, `twist` what the motors are asked for."""
         ...
 
 
@@ -31,17 +35,23 @@ class Robot:
 
     radius: float
     """m: nothing of it is farther from base_link."""
-    rangers: tuple[Ranger, ...]
-    speed: float
-    """m/s, at most."""
-    turn_rate: float
-    """rad/s, at most."""
-    acceleration: float
-    """m/s^2."""
-    turn_acceleration: float
-    """rad/s^2."""
-    period_s: float
-    """From step to step."""
+    config: Config
+    """What its robot.toml says."""
+
+    @property
+    def speed(self) -> float:
+        """m/s, at most."""
+        return self.config.drive.max_speed_mps
+
+    @property
+    def turn_rate(self) -> float:
+        """rad/s, at most."""
+        return radians(self.config.drive.max_turn_dps)
+
+    @property
+    def period_s(self) -> float:
+        """From step to step."""
+        return 1.0 / self.config.loop.rate_hz
 
 
 Hiring = Callable[[Robot], Pilot]

@@ -2,22 +2,24 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from math import cos, pi, radians, sin
+from math import cos, degrees, pi, radians, sin
 
 from echogrid.emulation import hearing
 from echogrid.emulation.acoustics import Transducer
 from echogrid.emulation.body import Body, Disc
 from echogrid.emulation.plant import Drive
 from echogrid.emulation.transducers import POLAROID, TRANSDUCERS
-from echogrid.mapping.local_grid import LocalGrid
-from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
-from echogrid.mapping.sonar_model import NoEcho
-from echogrid.runtime.config import Config, LocalConfig
+from echogrid.mapping.unknown import Unknown
+from echogrid.runtime.config import Config, DriveConfig, LocalConfig, LoopConfig
 from echogrid.runtime.emulated import DEFAULT_ROBOT
 from echogrid.runtime.firing_groups import grouped
+from echogrid.runtime.hardware_config import RobotConfig, SensorConfig
+from echogrid.runtime.obstacle_config import AvoidConfig, ObstacleConfig
 from echogrid.runtime.robot_file import load
 
+CONTROL_HZ = 20.0
+"""So often pilots are asked."""
 _MILLISECOND_NS = 1_000_000
 _GAP_NS = 35 * _MILLISECOND_NS
 """Of a ring: from one group to the next; 4 m and back, and 12 ms in which it dies away."""
@@ -26,6 +28,10 @@ _NEAREST_M = 0.15
 _SENSORS_AT_M = 0.08
 """From the middle: set back, so that their blanking distance ends at the robot's rim."""
 _RADIUS_M = 0.22
+_CORNERS = 36
+"""Of the outline that stands for the round robot; it lies outside the circle."""
+_STOPS_AT_M = 0.1
+"""From the rim: half a metre, the default, would hold it in doors."""
 _SEPARATION = radians(90.0)
 _BUILT_IN_RADIUS_M = 0.2
 _UNASKED_NS = 100 * _MILLISECOND_NS
@@ -52,15 +58,9 @@ class Rig:
     body: Body
     seats: tuple[Seat, ...]
     """Counter-clockwise: neighbours are adjacent, the last and the first too."""
-    local: LocalConfig
-    tolerance: float
-    """m: half of the band in which an echo's obstacle lies."""
+    config: Config
+    """What its robot.toml says of it, but for buses and drivers."""
     drive: Drive = field(default_factory=Drive)
-
-    def local_grid(self) -> LocalGrid:
-        """As the robot's service makes it."""
-        cells = round(self.local.size_m / self.local.resolution_m)
-        return LocalGrid(self.local.resolution_m, cells, self.tolerance, self.local.fade_s, NoEcho.WEAK)
 
 
 def _ring(count: int) -> Rig:
@@ -70,13 +70,40 @@ def _ring(count: int) -> Rig:
     turns = {index: turn for turn, group in enumerate(groups) for index in group}
     transducer = replace(POLAROID, reach=_REACH_M)
 
-    def seat(index: int, bearing: float) -> Seat:
-        mount = Pose(_SENSORS_AT_M * cos(bearing), _SENSORS_AT_M * sin(bearing), bearing)
-        ranger = Ranger(f"ring_{index}", mount, radians(15.0), _NEAREST_M, _REACH_M)
-        return _seat(ranger, transducer, turns[index] * _GAP_NS, len(groups) * _GAP_NS)
+    sensors = tuple(_on_ring(index, bearing) for index, bearing in enumerate(bearings))
+    seats = tuple(
+        _seat(sensor.ranger(), transducer, turns[index] * _GAP_NS, len(groups) * _GAP_NS)
+        for index, sensor in enumerate(sensors)
+    )
+    outline = RobotConfig(f"ring-{count}", footprint=_round(_RADIUS_M))
+    config = Config(
+        outline,
+        sensor=sensors,
+        local=LocalConfig(resolution_m=0.1),
+        obstacle=ObstacleConfig(stop_distance_m=_STOPS_AT_M),
+        avoid=AvoidConfig(unknown=Unknown.SLOW),
+    )
+    return Rig(f"ring-{count}", Disc(_RADIUS_M), seats, _moved_by(Drive(), config))
 
-    seats = tuple(seat(index, bearing) for index, bearing in enumerate(bearings))
-    return Rig(f"ring-{count}", Disc(_RADIUS_M), seats, LocalConfig(resolution_m=0.1), 0.1)
+
+def _on_ring(index: int, bearing: float) -> SensorConfig:
+    x, y = _SENSORS_AT_M * cos(bearing), _SENSORS_AT_M * sin(bearing)
+    return SensorConfig(f"ring_{index}", x, y, degrees(bearing), 15.0, _NEAREST_M, _REACH_M)
+
+
+def _round(radius: float) -> tuple[tuple[float, ...], ...]:
+    """Corners around a disc."""
+    outer = radius / cos(pi / _CORNERS)
+    around = [2.0 * pi * (k + 0.5) / _CORNERS for k in range(_CORNERS)]
+    return tuple((outer * cos(angle), outer * sin(angle)) for angle in around)
+
+
+def _moved_by(motors: Drive, config: Config) -> Config:
+    """The robot with the motors that trials give it."""
+    limits = DriveConfig(motors.speed, degrees(motors.turn_rate), motors.acceleration)
+    avoid = replace(config.avoid, deceleration_mps2=motors.acceleration)
+    wheels = replace(config.robot, wheel_radius_m=motors.wheel_radius, track_m=motors.track)
+    return replace(config, robot=wheels, drive=limits, avoid=avoid, loop=LoopConfig(CONTROL_HZ))
 
 
 def _built_in() -> Rig:
@@ -85,7 +112,7 @@ def _built_in() -> Rig:
     turns = {name: turn for turn, group in enumerate(config.firing.groups) for name in group}
     gap_ns = round((config.firing.gap_ms or 0.0) * _MILLISECOND_NS)
     seats = tuple(_configured(config, index, turns, gap_ns) for index in _around(config))
-    return Rig("built-in", Disc(_BUILT_IN_RADIUS_M), seats, config.local, config.map.tolerance_m)
+    return Rig("built-in", Disc(_BUILT_IN_RADIUS_M), seats, _moved_by(Drive(), config))
 
 
 def _around(config: Config) -> list[int]:

@@ -29,6 +29,8 @@ _ABEAM = 0.55 * pi
 """rad: what is farther behind does not slow it down."""
 _CRAWL = 0.1
 """m/s."""
+_STILL = 0.01
+"""m/s: who is slower stands."""
 _BALKED = 8
 """Steps in which it stands though it should go: then something holds it that it is too near to hear."""
 _RETREAT = 24
@@ -52,6 +54,7 @@ class Blind:
     """Drives straight at the goal."""
 
     robot: Robot
+    guarded: bool = False
 
     def hear(self, ping: PlacedPing) -> None:
         """It does not."""
@@ -72,8 +75,11 @@ class SingleScan:
     """
 
     robot: Robot
+    guarded: bool = False
     _echoes: dict[str, tuple[int, float, float]] = field(default_factory=dict)
     """Of each ranger: stamp, and place in the odom frame (m)."""
+    _was: Pose | None = None
+    """Where it was a step ago."""
     _held: int = 0
     """Steps for which it has been."""
     _retreat: int = 0
@@ -90,8 +96,10 @@ class SingleScan:
 
     def step(self, now_ns: int, local: LocalGrid, pose: Pose, twist: Twist, goal: Pose) -> Twist:
         """Choose a direction, and be slow where something is near; back off where it is held."""
-        del local
+        del local, twist
         distance, bearing = to_goal(pose, goal)
+        stands = self._was is not None and to_goal(pose, self._was)[0] < _STILL * self.robot.period_s
+        self._was = pose
         if distance < _ARRIVED:
             return STANDING
         if self._retreat:
@@ -103,7 +111,7 @@ class SingleScan:
             if now_ns - stamp_ns <= _FRESH_NS
         ]
         asked = self._asked([each for each in near if each[0] < min(_LOOKED_AT, distance)], distance, bearing)
-        self._held = self._held + 1 if asked.speed >= 0.5 * _CRAWL and abs(twist.speed) < 0.01 else 0
+        self._held = self._held + 1 if asked.speed >= 0.5 * _CRAWL and stands else 0
         if self._held >= _BALKED:
             self._held, self._retreat = 0, _RETREAT
         return asked
