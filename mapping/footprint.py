@@ -11,6 +11,8 @@ Floats = NDArray[np.float64]
 Corner = tuple[float, float]
 
 MOST_CORNERS = 64
+_ROUND = 0.01
+"""m: corners that stick out of a circle by less than that are how a disc is written down."""
 _NARROWEST = 1e-3
 """m: a shorter side is none."""
 
@@ -34,6 +36,8 @@ class Footprint:
         self._rise, self._run = np.where(dy == 0.0, 1.0, dy)[:, np.newaxis], dx[:, np.newaxis]
         self.reach = max(hypot(x, y) for x, y in self.corners)
         """m from base_link to the farthest corner."""
+        self.is_round = self.reach - self._inner() <= _ROUND
+        """Whether it is a disc around base_link: who turns in place then comes nearer to nothing."""
 
     @classmethod
     def box(cls, rear: float, front: float, half_width: float) -> "Footprint":
@@ -48,6 +52,12 @@ class Footprint:
         away = np.hypot(px - foot * ex, py - foot * ey).min(axis=0)
         result: Floats = np.where(self.contains(x, y), 0.0, away)
         return result
+
+    def _inner(self) -> float:
+        """m from base_link to the nearest side."""
+        ex, ey = self.along
+        foot = np.minimum(np.maximum(-self.x * ex - self.y * ey, 0.0), self.length)
+        return float(np.hypot(self.x + foot * ex, self.y + foot * ey).min())
 
     def contains(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
         """(n,) Whether points (n,) lie within: a ray from each crosses the outline an odd number of times."""

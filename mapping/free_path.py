@@ -159,6 +159,8 @@ class PathSensor:
 
     def _clear(self, local: LocalGrid, robot: Pose, course: Twist) -> tuple[float, PathEnd]:
         """m to the first obstacle, or as far as one looks."""
+        if course.speed == 0.0 and self._footprint.is_round:
+            return self._looked_at(course), PathEnd.HORIZON
         hits = local.grid.log_odds[self._rows, self._cols] >= self._sight.occupied * MILLI
         geometry = local.geometry
         dx = geometry.x + (self._cols[hits] + 0.5) * geometry.resolution - robot.x
