@@ -54,7 +54,9 @@ class Footprint:
         return result
 
     def _inner(self) -> float:
-        """m from base_link to the nearest side."""
+        """m from base_link to the nearest side; 0 from without."""
+        if not self.contains(np.zeros(1), np.zeros(1))[0]:
+            return 0.0
         ex, ey = self.along
         foot = np.minimum(np.maximum(-self.x * ex - self.y * ey, 0.0), self.length)
         return float(np.hypot(self.x + foot * ex, self.y + foot * ey).min())

@@ -36,7 +36,7 @@ class Course:
 class Navigator:
     """One thread owns it. The grid is centred on the robot before it is asked.
 
-    What it asks for must still be looked at by who knows the robot's outline and its brakes (Lookout.allowed).
+    What it asks for is still to be looked at by who knows the robot's outline and brakes (Lookout.allowed).
     """
 
     def __init__(self, steering: Steering, obstacles: Obstacles, limits: Limits) -> None:

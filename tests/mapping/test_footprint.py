@@ -50,6 +50,22 @@ def test_it_does_not_matter_which_way_round_the_corners_are_told(
     assert distance(Footprint(outline.corners[::-1]), *point) == approx(distance(outline, *point), abs=1e-9)
 
 
+@given(st.integers(12, 64), st.floats(0.02, 1.0), st.floats(0.0, 2.0 * pi), st.floats(0.0, 0.2))
+def test_round_is_who_comes_nearer_to_nothing_when_it_turns_in_place(
+    corners: int, radius: float, turn: float, aside: float
+) -> None:
+    around = [turn + 2.0 * pi * k / corners for k in range(corners)]
+    disc = Footprint([(radius * cos(a) + aside, radius * sin(a)) for a in around])
+    turned = [disc.distance(2.0 * np.cos([a]), 2.0 * np.sin([a]))[0] for a in np.linspace(0.0, 2.0 * pi, 500)]
+    assert disc.is_round or max(turned) - min(turned) > 0.009
+    assert not disc.is_round or max(turned) - min(turned) < 0.011
+
+
+def test_a_box_is_not_round_and_neither_is_what_lies_beside_base_link() -> None:
+    assert not Footprint.box(-0.1, 0.1, 0.1).is_round
+    assert not Footprint.box(0.6, 0.601, 0.002).is_round
+
+
 def test_a_box_and_its_reach() -> None:
     box = Footprint.box(-0.1, 0.3, 0.2)
     assert distance(box, 0.5, 0.0) == approx(0.2)

@@ -105,6 +105,22 @@ def test_straight_ahead_it_is_the_distance_before_the_front(distance: float) -> 
 
 
 @settings(deadline=None, max_examples=40)
+@given(
+    poses(3.0),
+    st.lists(places, min_size=1, max_size=3),
+    st.sampled_from([-1.5, 0.01, 0.7]),
+    st.sampled_from(Unknown),
+)
+def test_a_round_robot_turns_in_place_however_near_something_is(
+    robot: Pose, obstacles: list[tuple[float, float]], turn_rate: float, unknown: Unknown
+) -> None:
+    disc = Footprint([(0.2 * cos(a), 0.2 * sin(a)) for a in np.arange(36) * pi / 18.0])
+    path = painted(robot, disc, unknown, [*obstacles, (0.22, 0.0)]).look(Twist(0.0, turn_rate))
+    assert path.end is PathEnd.HORIZON
+    assert path.allowed.turn_rate == approx(turn_rate)
+
+
+@settings(deadline=None, max_examples=40)
 @given(poses(3.0), st.sampled_from([BOX, ELL, TEE]), twists, st.lists(places, min_size=1, max_size=3))
 @example(Pose(0.1875), TEE, Twist(-0.3), [(0.0, 0.0)])
 def test_it_is_as_long_as_its_twin_says_that_goes_through_the_motion_step_by_step(

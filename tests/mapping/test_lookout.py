@@ -185,6 +185,31 @@ def test_stop_means_no_speed_and_no_speed_means_stop(
         assert view.allowed == STANDING
 
 
+@settings(deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), max_size=4),
+    st.sampled_from([AHEAD, BACK, Twist(0.2, 0.6), Twist(-0.2, 0.6), Twist(0.0, 1.0), Twist(5.0, 1.0)]),
+    st.sampled_from(Unknown),
+    st.booleans(),
+)
+def test_the_safe_part_of_a_wish_is_its_curve_or_its_turn_as_far_as_a_view_allows_it(
+    obstacles: list[tuple[float, float]], wish: Twist, unknown: Unknown, echo: bool
+) -> None:
+    around = Around(unknown)
+    for place in obstacles:
+        around.obstacle(*place)
+    if echo:
+        around.hear(10, distance=0.2)
+    view = around.view(wish)
+    turn = around.view(Twist(0.0, wish.turn_rate)).allowed if wish.turn_rate else STANDING
+    safe = around.lookout.allowed(Pose(0.05, 0.05), NOW, wish)
+    assert safe == (turn if view.stop else view.allowed)
+
+
+def test_who_wishes_for_nothing_stands() -> None:
+    assert Around().lookout.allowed(Pose(0.05, 0.05), NOW, STANDING) == STANDING
+
+
 def test_any_twist_can_be_asked_about() -> None:
     around = Around()
     around.obstacle(1.05, 0.05)

@@ -13,6 +13,7 @@ from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.mapping.sonar_model import NoEcho
 from echogrid.mapping.unknown import Unknown
 from echogrid.mapping.virtual_sensor import (
+    Ahead,
     ObstacleView,
     SectorState,
     Sight,
@@ -60,6 +61,9 @@ class Around:
     def view(self) -> ObstacleView:
         return self._sensor.view(self.local, self.robot, NOW)
 
+    def ahead(self) -> Ahead:
+        return self._sensor.ahead(self.local, self.robot, NOW)
+
     def states(self) -> list[SectorState]:
         return [sector.state for sector in self.view().sectors]
 
@@ -78,6 +82,28 @@ def test_free_and_fresh_all_around_is_clear_and_does_not_stop() -> None:
     assert {(sector.state, sector.nearest) for sector in view.sectors} == {(SectorState.CLEAR, inf)}
     assert not view.stop
     assert view.stamp_ns == NOW
+
+
+@settings(deadline=None)
+@given(
+    poses(5.0),
+    st.sampled_from(Unknown),
+    st.sampled_from([4, 7, 16, 72]),
+    st.lists(st.tuples(headings, st.floats(0.2, 1.9)), max_size=5),
+    st.integers(0, 2**32 - 1),
+)
+def test_what_is_ahead_is_what_the_view_says_of_it(
+    robot: Pose, unknown: Unknown, count: int, obstacles: list[tuple[float, float]], seed: int
+) -> None:
+    around = Around(robot, Sight(unknown=unknown, sectors=count))
+    for bearing, distance in obstacles:
+        around.obstacle(bearing, distance)
+    rng = np.random.default_rng(seed)
+    around.local.seen_ns[rng.random(around.local.seen_ns.shape) < rng.random()] = rng.integers(2)
+    view, ahead = around.view(), around.ahead()
+    looked_at = [sector for sector in view.sectors if abs(sector.bearing) <= pi / 4.0 + 1e-9]
+    doubtful = any(sector.state in (SectorState.UNKNOWN, SectorState.STALE) for sector in looked_at)
+    assert (ahead.reason, ahead.doubtful) == (view.reason, doubtful)
 
 
 @settings(deadline=None)

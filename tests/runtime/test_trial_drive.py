@@ -27,6 +27,8 @@ START, GOAL = (0.6, 1.8, 0.9, 2.2), (8.0, 1.8, 8.4, 2.2)
 class Ahead:
     """Never looks."""
 
+    guarded = False
+
     def __init__(self, robot):
         self.heard = 0
 
@@ -37,12 +39,18 @@ class Ahead:
         return Twist(0.5)
 
 
+class Held(Ahead):
+    """Nor does this one, but somebody looks after it."""
+
+    guarded = True
+
+
 class Idle(Ahead):
     def step(self, now_ns, local, pose, twist, goal):
         return STANDING
 
 
-PILOTS_HERE = {**PILOTS, "ahead": Ahead, "idle": Idle}
+PILOTS_HERE = {**PILOTS, "ahead": Ahead, "held": Held, "idle": Idle}
 
 
 def room(walls=(), posts=(), walkers=()):
@@ -88,6 +96,13 @@ def test_a_wall_ahead_without_steering_is_a_collision_counted_once(drive_in):
     assert bump.speed == pytest.approx(0.5)
     assert verdict.failed
     assert verdict.spl == 0.0
+
+
+def test_who_is_guarded_stands_before_a_wall_whatever_it_asks_for(drive_in):
+    verdict = drive_in(room([(5.0, 0.0, 5.0, 3.2)]), "held").done()
+    assert verdict.outcome == "stuck"
+    assert not verdict.bumps
+    assert 0.05 < verdict.least_clearance < 0.4
 
 
 def test_what_no_ranger_could_hear_is_counted_apart(drive_in):
@@ -147,13 +162,9 @@ def test_commands_follow_sounds_within_a_tenth_of_a_second(drive_in):
 def test_faults_take_from_what_is_told(drive_in, fault, told):
     drive = drive_in(room(), "ahead", fault=fault)
     heard = {}
-    take = drive._fuse
-
-    def fuse(reading, pose):
-        heard.setdefault(reading.sensor, []).append((reading.outcome, reading.distance))
-        take(reading, pose)
-
-    drive._fuse = fuse
+    drive._pilot.hear = lambda ping: heard.setdefault(ping.ranger.name, []).append(
+        (ping.reading.outcome, ping.reading.distance)
+    )
     for _ in range(400):
         drive._step()
     assert len(heard) == told
@@ -182,7 +193,7 @@ def test_every_rig_hears_all_around_at_its_pace(drive_in, rig):
     assert set(fired) == set(range(len(drive.rig.seats)))
     slowest_ns = max(seat.every_ns for seat in drive.rig.seats)
     assert slowest_ns <= 280_000_000
-    assert np.count_nonzero(drive._local.seen_ns) > 100
+    assert np.count_nonzero(drive._lookout.local.seen_ns) > 100
 
 
 def test_crosstalk_changes_what_is_heard(drive_in):
