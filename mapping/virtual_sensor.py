@@ -218,7 +218,8 @@ class VirtualSensor:
         geometry = local.geometry
         dx = geometry.x + (self._cols[cells] + 0.5) * geometry.resolution - robot.x
         dy = geometry.y + (self._rows[cells] + 0.5) * geometry.resolution - robot.y
-        return np.hypot(dx, dy)
+        result: NDArray[np.float64] = np.hypot(dx, dy)
+        return result
 
     def _nearest(
         self, local: LocalGrid, robot: Pose, sector: NDArray[np.intp]

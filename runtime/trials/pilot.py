@@ -17,15 +17,17 @@ STANDING = Twist()
 class Pilot(Protocol):
     """Steers towards a goal. Poses, goal and grid are in the odom frame."""
 
-    guarded: bool
-    """Whether only the safe part of what it asks for is driven (Lookout.allowed), as the service does it."""
+    @property
+    def guarded(self) -> bool:
+        """Whether only the safe part of what it asks for is driven, as the service does it."""
+        ...
 
     def hear(self, ping: PlacedPing) -> None:
         """A reading and where its transducer was, as it comes in; the grid has it by the next step."""
         ...
 
     def step(self, now_ns: int, local: LocalGrid, pose: Pose, twist: Twist, goal: Pose) -> Twist:
-        """What to drive from now on. `pose` is the odometry's, `twist` what the motors were asked for last."""
+        """What to drive from now on. `pose` is the odometry's, `twist` what the motors are asked for."""
         ...
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from math import asin, atan2, cos, hypot, pi
+from typing import ClassVar
 
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.placed_ping import PlacedPing
@@ -54,7 +55,7 @@ class Blind:
     """Drives straight at the goal."""
 
     robot: Robot
-    guarded: bool = False
+    guarded: ClassVar[bool] = False
 
     def hear(self, ping: PlacedPing) -> None:
         """It does not."""
@@ -75,7 +76,7 @@ class SingleScan:
     """
 
     robot: Robot
-    guarded: bool = False
+    guarded: ClassVar[bool] = False
     _echoes: dict[str, tuple[int, float, float]] = field(default_factory=dict)
     """Of each ranger: stamp, and place in the odom frame (m)."""
     _was: Pose | None = None
