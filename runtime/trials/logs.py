@@ -7,9 +7,10 @@ from itertools import zip_longest
 from pathlib import Path
 
 from echogrid.runtime.errors import UsageError
-from echogrid.runtime.trials.drive import COLUMNS, Drive, Row
+from echogrid.runtime.trials.drive import Drive
 from echogrid.runtime.trials.job import Job
 from echogrid.runtime.trials.pilots import PILOTS
+from echogrid.runtime.trials.track import COLUMNS, Row
 from echogrid.runtime.trials.verdict import Verdict
 
 

@@ -11,15 +11,13 @@ from echogrid.emulation.plant import Drive
 from echogrid.emulation.transducers import POLAROID, TRANSDUCERS
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.unknown import Unknown
-from echogrid.runtime.config import Config, DriveConfig, LocalConfig, LoopConfig
+from echogrid.runtime.config import Config, DriveConfig, LocalConfig
 from echogrid.runtime.emulated import DEFAULT_ROBOT
 from echogrid.runtime.firing_groups import grouped
 from echogrid.runtime.hardware_config import RobotConfig, SensorConfig
 from echogrid.runtime.obstacle_config import AvoidConfig, ObstacleConfig
 from echogrid.runtime.robot_file import load
 
-CONTROL_HZ = 20.0
-"""So often pilots are asked."""
 _MILLISECOND_NS = 1_000_000
 _GAP_NS = 35 * _MILLISECOND_NS
 """Of a ring: from one group to the next; 4 m and back, and 12 ms in which it dies away."""
@@ -59,7 +57,7 @@ class Rig:
     seats: tuple[Seat, ...]
     """Counter-clockwise: neighbours are adjacent, the last and the first too."""
     config: Config
-    """What its robot.toml says of it, but for buses and drivers."""
+    """What its robot.toml says, if it has one: of a ring without buses and drivers."""
     drive: Drive = field(default_factory=Drive)
 
 
@@ -75,15 +73,16 @@ def _ring(count: int) -> Rig:
         _seat(sensor.ranger(), transducer, turns[index] * _GAP_NS, len(groups) * _GAP_NS)
         for index, sensor in enumerate(sensors)
     )
-    outline = RobotConfig(f"ring-{count}", footprint=_round(_RADIUS_M))
+    motors = Drive()
     config = Config(
-        outline,
+        RobotConfig(f"ring-{count}", motors.wheel_radius, motors.track, footprint=_round(_RADIUS_M)),
         sensor=sensors,
+        drive=DriveConfig(motors.speed, degrees(motors.turn_rate), motors.acceleration),
         local=LocalConfig(resolution_m=0.1),
         obstacle=ObstacleConfig(stop_distance_m=_STOPS_AT_M),
-        avoid=AvoidConfig(unknown=Unknown.SLOW),
+        avoid=AvoidConfig(unknown=Unknown.SLOW, deceleration_mps2=motors.acceleration),
     )
-    return Rig(f"ring-{count}", Disc(_RADIUS_M), seats, _moved_by(Drive(), config))
+    return Rig(f"ring-{count}", Disc(_RADIUS_M), seats, config, motors)
 
 
 def _on_ring(index: int, bearing: float) -> SensorConfig:
@@ -98,21 +97,15 @@ def _round(radius: float) -> tuple[tuple[float, ...], ...]:
     return tuple((outer * cos(angle), outer * sin(angle)) for angle in around)
 
 
-def _moved_by(motors: Drive, config: Config) -> Config:
-    """The robot with the motors that trials give it."""
-    limits = DriveConfig(motors.speed, degrees(motors.turn_rate), motors.acceleration)
-    avoid = replace(config.avoid, deceleration_mps2=motors.acceleration)
-    wheels = replace(config.robot, wheel_radius_m=motors.wheel_radius, track_m=motors.track)
-    return replace(config, robot=wheels, drive=limits, avoid=avoid, loop=LoopConfig(CONTROL_HZ))
-
-
 def _built_in() -> Rig:
     """The robot that `echogrid run` drives; its SRF08 are heard without their chips' gain ramp."""
     config = load(DEFAULT_ROBOT)
     turns = {name: turn for turn, group in enumerate(config.firing.groups) for name in group}
     gap_ns = round((config.firing.gap_ms or 0.0) * _MILLISECOND_NS)
     seats = tuple(_configured(config, index, turns, gap_ns) for index in _around(config))
-    return Rig("built-in", Disc(_BUILT_IN_RADIUS_M), seats, _moved_by(Drive(), config))
+    limits = config.drive
+    motors = Drive(limits.max_speed_mps, limits.acceleration_mps2, radians(limits.max_turn_dps))
+    return Rig("built-in", Disc(_BUILT_IN_RADIUS_M), seats, config, motors)
 
 
 def _around(config: Config) -> list[int]:
