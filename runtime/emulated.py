@@ -62,12 +62,6 @@ def emulated_robot(
     def yaw_rate(now_ns: int) -> float:
         return (pose_at(now_ns)[2] - pose_at(now_ns - _SLOPE_NS)[2]) / _SLOPE_NS * _SECOND_NS
 
-    air = Air(Outing(place, pose_at, seed, started_ns))
-
-    def surroundings_of(ranger: RangerSpec) -> Surroundings:
-        mount = (ranger.x, ranger.y, ranger.yaw)
-        return air.surroundings(Ranger(ranger.name, mount, TRANSDUCERS[ranger.model]))
-
     zeros: dict[str, float] = {wheel.name: radians(wheel.zero_deg) for wheel in config.wheel}
 
     def shaft_angle(side: str, now_ns: int) -> float:
@@ -78,7 +72,19 @@ def emulated_robot(
             return base.left if side == "left" else base.right
         return partial(shaft_angle, side)
 
-    return EmulatedRobot(spec, surroundings_of, shaft_of, yaw_rate=yaw_rate, seed=seed)
+    around = surroundings(Outing(place, pose_at, seed, started_ns))
+    return EmulatedRobot(spec, around, shaft_of, yaw_rate=yaw_rate, seed=seed)
+
+
+def surroundings(outing: Outing) -> Callable[[RangerSpec], Surroundings]:
+    """What each ranger of a robot on its way has around it; all share the air."""
+    air = Air(outing)
+
+    def around(ranger: RangerSpec) -> Surroundings:
+        mount = (ranger.x, ranger.y, ranger.yaw)
+        return air.surroundings(Ranger(ranger.name, mount, TRANSDUCERS[ranger.model]))
+
+    return around
 
 
 def office_round(config: Config) -> Round:

@@ -35,13 +35,18 @@ def simulated_run(
 
     Raises ConfigError, RobotSpecError for what is wrong with the configuration.
     """
-    clock = JumpingClock(START_NS)
-    lines, fusion, voyage = commissioned(config, mode)
     true = replace(config, robot=body or config.robot)
     robot = emulated_robot(true, START_NS, seed, world, tour, driven=mode is not None)
+    return joined(config, robot, mode), robot
+
+
+def joined(config: Config, robot: EmulatedRobot, mode: Mode | None = None) -> Run:
+    """The run of a configured robot with an emulated one, by wires in memory. Raises ConfigError."""
+    clock = JumpingClock(START_NS)
+    lines, fusion, voyage = commissioned(config, mode)
     ports = robot.ports(clock)
     queue = ReadingQueue()
     pumps = [Pump(line, ports[line.name], clock, queue.put) for line in lines]
     simulation = Simulation(clock, pumps, queue)
     loop = FixedRateLoop(simulation, config.loop.rate_hz)
-    return Run(fusion, loop, simulation, simulation, voyage=voyage), robot
+    return Run(fusion, loop, simulation, simulation, voyage=voyage)

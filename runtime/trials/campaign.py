@@ -10,9 +10,8 @@ from pathlib import Path
 from time import process_time
 
 from echogrid.runtime.trials import logs
-from echogrid.runtime.trials.drive import Drive
 from echogrid.runtime.trials.job import Job
-from echogrid.runtime.trials.pilots import PILOTS
+from echogrid.runtime.trials.paths import begun
 from echogrid.runtime.trials.results import Line, Results
 
 
@@ -26,19 +25,20 @@ class Plan:
     rig: str = "ring-16"
     fault: str = "none"
     crosstalk: bool = False
+    path: str = "readings"
 
     def jobs(self) -> Iterator[Job]:
         """All drives; those in one world come one after the other."""
         for world in self.worlds:
             for seed in self.seeds:
                 for pilot in self.pilots:
-                    yield Job(world, seed, pilot, self.rig, self.fault, self.crosstalk)
+                    yield Job(world, seed, pilot, self.rig, self.fault, self.crosstalk, self.path)
 
 
 def drive(job: Job, failures: Path | None = None) -> Line:
     """Do a job; if it fails its log is written into the folder `failures`."""
     started = process_time()
-    run = Drive(job, PILOTS)
+    run = begun(job)
     verdict = run.done()
     if failures is not None and verdict.failed:
         logs.write(failures / f"{job.name}.jsonl", job, verdict, run.track.rows)

@@ -7,9 +7,8 @@ from itertools import zip_longest
 from pathlib import Path
 
 from echogrid.runtime.errors import UsageError
-from echogrid.runtime.trials.drive import Drive
 from echogrid.runtime.trials.job import Job
-from echogrid.runtime.trials.pilots import PILOTS
+from echogrid.runtime.trials.paths import begun
 from echogrid.runtime.trials.track import COLUMNS, Row
 from echogrid.runtime.trials.verdict import Verdict
 
@@ -58,9 +57,10 @@ def read(path: Path) -> Log:
 def replay(path: Path) -> Replay:
     """Drive a log's job again."""
     log = read(path)
-    if log.job.pilot not in PILOTS:
-        raise UsageError([f"{path}: there is no pilot {log.job.pilot!r} any more"])
-    run = Drive(log.job, PILOTS)
+    try:
+        run = begun(log.job)
+    except KeyError as error:
+        raise UsageError([f"{path}: there is no {error} any more"]) from error
     verdict = run.done()
     parted = (
         (one or other)[0]

@@ -6,7 +6,7 @@ from math import cos, degrees, pi, radians, sin
 
 from echogrid.emulation import hearing
 from echogrid.emulation.acoustics import Transducer
-from echogrid.emulation.body import Body, Disc
+from echogrid.emulation.body import Body, Disc, Hull
 from echogrid.emulation.plant import Drive
 from echogrid.emulation.transducers import POLAROID, TRANSDUCERS
 from echogrid.mapping.ranger import Ranger
@@ -15,6 +15,7 @@ from echogrid.runtime.config import Config, DriveConfig, LocalConfig
 from echogrid.runtime.emulated import DEFAULT_ROBOT
 from echogrid.runtime.firing_groups import grouped
 from echogrid.runtime.hardware_config import RobotConfig, SensorConfig
+from echogrid.runtime.hull import footprint
 from echogrid.runtime.obstacle_config import AvoidConfig, ObstacleConfig
 from echogrid.runtime.robot_file import load
 
@@ -31,7 +32,6 @@ _CORNERS = 36
 _STOPS_AT_M = 0.1
 """From the rim: half a metre, the default, would hold it in doors."""
 _SEPARATION = radians(90.0)
-_BUILT_IN_RADIUS_M = 0.2
 _UNASKED_NS = 100 * _MILLISECOND_NS
 """How often an A02YYUW sends."""
 
@@ -105,7 +105,7 @@ def _built_in() -> Rig:
     seats = tuple(_configured(config, index, turns, gap_ns) for index in _around(config))
     limits = config.drive
     motors = Drive(limits.max_speed_mps, limits.acceleration_mps2, radians(limits.max_turn_dps))
-    return Rig("built-in", Disc(_BUILT_IN_RADIUS_M), seats, config, motors)
+    return Rig("built-in", Hull(footprint(config).corners), seats, config, motors)
 
 
 def _around(config: Config) -> list[int]:

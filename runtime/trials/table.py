@@ -78,18 +78,18 @@ class Tally:
 
 def tables(lines: Sequence[Line]) -> Iterator[str]:
     """A table for each pilot with a row for each world, and all pilots together at the end."""
-    pilots = list(dict.fromkeys(line.job.pilot for line in lines))
+    drivers = list(dict.fromkeys(line.job.driver for line in lines))
     worlds = list(dict.fromkeys(line.job.world for line in lines))
-    for pilot in pilots:
-        of_pilot = [line for line in lines if line.job.pilot == pilot]
-        yield from _head(pilot)
+    for driver in drivers:
+        of_driver = [line for line in lines if line.job.driver == driver]
+        yield from _head(driver)
         for world in worlds:
-            yield _row(world, [line for line in of_pilot if line.job.world == world])
-        yield _row("**all**", of_pilot)
+            yield _row(world, [line for line in of_driver if line.job.world == world])
+        yield _row("**all**", of_driver)
         yield ""
     yield from _head("all worlds")
-    for pilot in pilots:
-        yield _row(pilot, [line for line in lines if line.job.pilot == pilot])
+    for driver in drivers:
+        yield _row(driver, [line for line in lines if line.job.driver == driver])
 
 
 def speed(lines: Sequence[Line]) -> str:
