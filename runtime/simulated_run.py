@@ -15,7 +15,7 @@ from echogrid.runtime.pump import Pump
 from echogrid.runtime.reading_queue import ReadingQueue
 from echogrid.runtime.service import Run
 from echogrid.runtime.simulation import Simulation
-from echogrid.runtime.voyage import commissioned
+from echogrid.runtime.voyage import Parts, commissioned
 
 START_NS = SECOND_NS
 """The simulated clock's first time; stamps stay above 0."""
@@ -35,15 +35,16 @@ def simulated_run(
 
     Raises ConfigError, RobotSpecError for what is wrong with the configuration.
     """
+    parts = commissioned(config, mode)
     true = replace(config, robot=body or config.robot)
     robot = emulated_robot(true, START_NS, seed, world, tour, driven=mode is not None)
-    return joined(config, robot, mode), robot
+    return joined(config, parts, robot), robot
 
 
-def joined(config: Config, robot: EmulatedRobot, mode: Mode | None = None) -> Run:
-    """The run of a configured robot with an emulated one, by wires in memory. Raises ConfigError."""
+def joined(config: Config, parts: Parts, robot: EmulatedRobot) -> Run:
+    """The run of these parts of a configured robot with an emulated one, by wires in memory."""
     clock = JumpingClock(START_NS)
-    lines, fusion, voyage = commissioned(config, mode)
+    lines, fusion, voyage = parts
     ports = robot.ports(clock)
     queue = ReadingQueue()
     pumps = [Pump(line, ports[line.name], clock, queue.put) for line in lines]

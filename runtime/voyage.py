@@ -159,9 +159,13 @@ def _lost(snapshot: Snapshot) -> bool:
     return snapshot.pose_ns is None or snapshot.stamp_ns - snapshot.pose_ns > POSE_NS
 
 
+Parts = tuple[list[BusLine[Any, Any]], Fusion, Voyage | None]
+"""Of a run: the devices of each bus, the tick's state, and what drives."""
+
+
 def commissioned(
     config: Config, mode: Mode | None, beacons: Sequence[tuple[str, Device[Any, Any]]] = ()
-) -> tuple[list[BusLine[Any, Any]], Fusion, Voyage | None]:
+) -> Parts:
     """The parts of a run, and what drives it if there is a mode. Raises ConfigError, also for wheels that
     can't be driven."""
     if mode is None:

@@ -11,9 +11,12 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from echogrid.runtime.commands.arguments import Commands
+    from echogrid.runtime.trials.campaign import Plan
     from echogrid.runtime.trials.results import Line
 
 RIGS = ("ring-16", "ring-12", "built-in")
+_GOTO = "goto"
+"""Who drives by bytes."""
 FAULTS = ("none", "dead", "stuck", "silent", "dropouts")
 
 
@@ -27,9 +30,14 @@ def add(commands: "Commands") -> None:
     parser.add_argument(
         "--seeds", type=count, default=5, metavar="N", help="drives in each world (default: 5)"
     )
-    parser.add_argument("--rig", choices=RIGS, default=RIGS[0], help="the robot (default: %(default)s)")
+    parser.add_argument("--rig", choices=RIGS, help=f"the robot (default: {RIGS[0]})")
     parser.add_argument("--fault", choices=FAULTS, default=FAULTS[0], help="what is wrong with its rangers")
     parser.add_argument("--crosstalk", action="store_true", help="rangers hear each other (slower)")
+    parser.add_argument(
+        "--bytes",
+        action="store_true",
+        help="the built-in robot's own service drives (--goto), through real drivers and emulated devices",
+    )
     parser.add_argument("--processes", type=count, default=2, metavar="N", help="at a time (default: 2)")
     parser.add_argument(
         "--results", type=Path, metavar="FILE", help="add results to FILE, and skip what it has already"
@@ -60,20 +68,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _campaign(arguments: argparse.Namespace) -> int:
-    from echogrid.emulation.worlds.arenas import ARENAS
     from echogrid.runtime.trials import campaign, table
-    from echogrid.runtime.trials.pilots import PILOTS
     from echogrid.runtime.trials.results import Results
 
-    plan = campaign.Plan(
-        arguments.worlds or list(ARENAS),
-        arguments.pilots or [name for name in PILOTS if name != "blind"],
-        range(arguments.seed, arguments.seed + arguments.seeds),
-        arguments.rig,
-        arguments.fault,
-        arguments.crosstalk,
-    )
-    jobs, results = list(plan.jobs()), Results(arguments.results)
+    jobs, results = list(_plan(arguments).jobs()), Results(arguments.results)
     campaign.run(
         jobs, results, processes=arguments.processes, failures=arguments.failures, told=_tell_on_stderr
     )
@@ -82,6 +80,33 @@ def _campaign(arguments: argparse.Namespace) -> int:
         print(row)
     print(table.speed(lines), file=sys.stderr)
     return 0
+
+
+def _plan(arguments: argparse.Namespace) -> "Plan":
+    """What is asked for. Raises UsageError for what does not go with bytes."""
+    from echogrid.emulation.worlds.arenas import ARENAS
+    from echogrid.runtime.errors import UsageError
+    from echogrid.runtime.trials.campaign import Plan
+    from echogrid.runtime.trials.pilots import PILOTS
+
+    within = arguments.worlds or list(ARENAS)
+    seeds = range(arguments.seed, arguments.seed + arguments.seeds)
+    if not arguments.bytes:
+        looking = arguments.pilots or [name for name in PILOTS if name != "blind"]
+        rig = arguments.rig or RIGS[0]
+        return Plan(within, looking, seeds, rig, arguments.fault, arguments.crosstalk)
+    others = [
+        option
+        for option, given in (
+            ("--pilots", arguments.pilots),
+            (f"--rig {arguments.rig}", arguments.rig not in (None, RIGS[-1])),
+            (f"--fault {arguments.fault}", arguments.fault != FAULTS[0]),
+        )
+        if given
+    ]
+    if others:
+        raise UsageError([f"--bytes is the built-in robot, well, with its own pilot: leave out {others[0]}"])
+    return Plan(within, [_GOTO], seeds, RIGS[-1], crosstalk=True, path="bytes")
 
 
 def _tell_on_stderr(line: "Line") -> None:

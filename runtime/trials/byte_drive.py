@@ -24,6 +24,7 @@ from echogrid.runtime.trials.pinging import Fired
 from echogrid.runtime.trials.rigs import RIGS, Rig
 from echogrid.runtime.trials.track import Track
 from echogrid.runtime.trials.verdict import Verdict
+from echogrid.runtime.voyage import commissioned
 
 
 class ByteDrive:
@@ -49,7 +50,8 @@ class ByteDrive:
         self._around = surroundings(outing)
         robot = EmulatedRobot(robot_spec(config), self._overheard, base.shaft, seed=job.seed)
         goal = self._judge.goal
-        self._run = joined(config, robot, making.goto(config, goal.x, goal.y))
+        parts = commissioned(config, making.goto(config, goal.x, goal.y))
+        self._run = joined(config, parts, robot)
         self._run.sinks = (self,)
         self._verdict: Verdict | None = None
 
