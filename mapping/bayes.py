@@ -37,9 +37,14 @@ class BayesGrid:
         cone = cast(self.geometry, self._model.believed(sounding))
         return cone.patch if len(self.fuse(cone)) else None
 
-    def fuse(self, cone: Cone) -> NDArray[np.intp]:
-        """Fuse one ping; the cells of which it spoke, as row * columns + column."""
+    def fuse(self, cone: Cone, spared: NDArray[np.intp] | None = None) -> NDArray[np.intp]:
+        """Fuse one ping; the cells of which it spoke, as row * columns + column.
+
+        `spared` are the places of those in the cone of which it says nothing, whatever the model thinks.
+        """
         quantised = np.rint(evidence(cone, self._model, self._no_echo) * MILLI).astype(np.int32)
+        if spared is not None:
+            quantised[spared] = 0
         (speaks,) = quantised.nonzero()
         cells = cone.cells.take(speaks)
         total = self.log_odds.take(cells) + quantised.take(speaks)

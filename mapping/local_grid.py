@@ -11,7 +11,7 @@ from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.rolling import shifted
-from echogrid.mapping.sonar_model import Form, NoEcho
+from echogrid.mapping.sonar_model import Form, NoEcho, silent_reach
 from echogrid.mapping.sounding import Sounding
 from echogrid.mapping.walls import Walls
 
@@ -45,6 +45,7 @@ class LocalGrid:
         """rad: from which direction each cell last answered."""
         self._walls = Walls()
         self._tolerance = tolerance
+        self._no_echo = no_echo
         self._fade_s = fade_s
         self._faded_ns: int | None = None
 
@@ -81,13 +82,14 @@ class LocalGrid:
     def fuse(self, transducer: Pose, ranger: Ranger, echo_distance: float | None, stamp_ns: int) -> None:
         """Fuse a ping sent from `transducer` (odom frame)."""
         tolerance = self._tolerance if ranger.tolerance is None else ranger.tolerance
-        cone = cast(self.geometry, Sounding(transducer, ranger, echo_distance, tolerance))
-        held = self._held(cone, transducer.yaw)
-        before, seen_ns = self.grid.log_odds.take(held), self.seen_ns.take(held)
-        spoken = self.grid.fuse(cone)
+        weak = echo_distance is None and (ranger.no_echo or self._no_echo) is NoEcho.WEAK
+        cone = cast(
+            self.geometry,
+            Sounding(transducer, ranger, echo_distance, tolerance),
+            silent_reach(ranger) if weak else None,
+        )
+        spoken = self.grid.fuse(cone, self._held(cone, transducer.yaw))
         self.seen_ns.put(spoken, np.maximum(self.seen_ns.take(spoken), stamp_ns))
-        self.grid.log_odds.put(held, before)
-        self.seen_ns.put(held, seen_ns)
         if echo_distance is None:
             return
         self._axis.put(cone.cells[cone.occupied], transducer.yaw)
@@ -104,12 +106,15 @@ class LocalGrid:
             self._axis[row, col] = yaw
             self.seen_ns[row, col] = max(self.seen_ns[row, col], stamp_ns)
 
-    def _held(self, cone: Cone, yaw: float) -> NDArray[np.intp]:
-        """The cone's cells that answered from another direction, from which this ping says nothing."""
-        nearer = cone.cells[~cone.occupied]
-        answered = nearer[self.grid.log_odds.take(nearer) > 0]
-        away = self._axis.take(answered) - yaw
-        return answered[np.abs(away - tau * np.rint(away / tau)) > _ASIDE]
+    def _held(self, cone: Cone, yaw: float) -> NDArray[np.intp] | None:
+        """The places of the cone's cells that answered from another direction, from which this ping says
+        nothing."""
+        (answered,) = ((self.grid.log_odds.take(cone.cells) > 0) & ~cone.occupied).nonzero()
+        if not len(answered):
+            return None
+        away = self._axis.take(cone.cells.take(answered)) - yaw
+        away -= tau * np.rint(away / tau)
+        return answered[np.abs(away) > _ASIDE]
 
 
 def _window(corner: tuple[int, int], resolution: float, cells: int) -> GridGeometry:
