@@ -86,17 +86,17 @@ def belief(distance: Floats, bearing: Floats, farthest: float, half_angle: float
     return near
 
 
-def cast(geometry: GridGeometry, sounding: Sounding, within: Reach | None = None) -> Cone:
-    """The cone of a ping on a grid; `within`: only its cells that may lie within this."""
+def cast(geometry: GridGeometry, sounding: Sounding) -> Cone:
+    """The cone of a ping on a grid."""
     transducer, ranger = sounding.transducer, sounding.ranger
     echo = sounding.echo is not None
     s = ranger.farthest if sounding.echo is None else sounding.echo
     band = effective_tolerance(sounding.tolerance, geometry.resolution, s)
-    half_angle, reach = within or Reach(ranger.half_angle, s + band if echo else s)
-    patch = geometry.window(*_bounds(transducer, half_angle, reach, geometry.resolution))
+    reach = s + band if echo else s
+    patch = geometry.window(*_bounds(transducer, ranger.half_angle, reach, geometry.resolution))
     along, across = _sensor_frame(geometry, patch, transducer)
     squared = along * along + across * across
-    inside = _inside(along, across, half_angle, geometry.resolution)
+    inside = _inside(along, across, ranger.half_angle, geometry.resolution)
     inside &= squared <= reach * reach
     # One-dimensional arrays are picked from several times as quickly as two-dimensional ones.
     (chosen,) = inside.ravel().nonzero()
