@@ -49,7 +49,7 @@ class Detector:
 
     def _noise(self, count: int) -> list[float]:
         """Samples of the standard normal distribution, or zeros."""
-        if self._rng is None:
+        if self._rng is None or not count:
             return [0.0] * count
         samples: list[float] = self._rng.standard_normal(count).tolist()
         return samples

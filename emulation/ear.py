@@ -44,6 +44,13 @@ class Ear:
     """(k,) dB: what the beam takes from each."""
     fan_slope: float
     """Tangent of half of its angle."""
+    ramp_loss: float
+    """dB: what range takes from all that comes before the end of the gain ramp."""
+
+    def range_loss(self, distance: float) -> float:
+        """The transducer's own, dB, at a distance, m."""
+        early = distance <= self.transducer.ramp_end
+        return self.ramp_loss if early else self.transducer.range_loss(distance)
 
 
 @lru_cache(maxsize=64)
@@ -68,6 +75,7 @@ def ear(transducer: Transducer, allowance: float) -> Ear:
         np.array((np.cos(bearings), np.sin(bearings))).T.copy(),
         beam_loss(bearings, transducer.null_angle),
         tan(half_width),
+        transducer.range_loss(transducer.ramp_end),
     )
 
 

@@ -54,7 +54,10 @@ class Listener:
         if on_contact is not None and (contact := self._first_contact(station, reflectors)) < inf:
             pose = on_contact(contact)
             station, reflectors = self._first_order(pose)
-        heard = self._heard(_Route((station,), ()), reflectors) or self._bounced(pose)
+        heard = self._heard(_Route((station,), ()), reflectors) if reflectors else []
+        heard = heard or self._bounced(pose)
+        if not heard:
+            return ()
         timed = self._detector.timed(heard, [echo.distance for echo in heard])
         return tuple(sorted(timed, key=_DISTANCE))
 
@@ -88,8 +91,8 @@ class Listener:
             vista, wall = self._moment.vista_of(index), self._moment.world.everything.walls[index]
             pose = _mirrored(pose, wall)
             route = _Route((*route.stations, Station.at(pose)), (*route.mirrors, wall))
-            heard = self._heard(route, specular(vista, route.stations[-1], allowed))
-            if heard:
+            reflectors = specular(vista, route.stations[-1], allowed)
+            if reflectors and (heard := self._heard(route, reflectors)):
                 return [Echo(echo.distance, echo.margin, _NAMES[Kind.BOUNCE]) for echo in heard]
         return []
 

@@ -1,6 +1,6 @@
 """Which points in a vista return sound to a transducer, whatever stands in between."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from math import atan2, cos, hypot, sin
 from typing import NamedTuple
 
@@ -52,13 +52,19 @@ axis, and its kind."""
 
 def direct(world: World, vista: Vista, station: Station, ear: Ear) -> list[Reflector]:
     """All that the ear may hear from a station, by the glimpse that it has from there."""
-    sources = [
-        *_planes(vista.smooth, station, ear.reach),
-        *_corners(vista.corners, station, ear),
-        *_edges(vista.edges, station, ear),
-        *_posts(vista.posts, station, ear.beam_slope),
-    ]
-    heard = _heard(sources, station, ear)
+    sources: list[_Source] = []
+    # A ping has few things of a kind in its glimpse, and often none: what is not there is not asked for.
+    if vista.smooth:
+        _add_planes(sources, vista.smooth, station, ear.reach)
+    if vista.corners:
+        _add_corners(sources, vista.corners, station, ear)
+    if vista.edges:
+        _add_edges(sources, vista.edges, station, ear)
+    if vista.posts:
+        _add_posts(sources, vista.posts, station, ear.beam_slope)
+    heard = _heard(sources, station, ear) if sources else []
+    if not vista.rough:
+        return heard
     in_fan = [wall.number for wall in vista.rough if _in_fan(wall, station, ear)]
     return heard + _facets(world, in_fan, station, ear) if in_fan else heard
 
@@ -68,7 +74,9 @@ def specular(vista: Vista, station: Station, ear: Ear) -> list[Reflector]:
 
     The station may be an image behind the wall whose vista it is: all its sight lines begin on that wall.
     """
-    sources = [*_planes(vista.smooth, station, ear.reach), *_corners(vista.corners, station, ear)]
+    sources: list[_Source] = []
+    _add_planes(sources, vista.smooth, station, ear.reach)
+    _add_corners(sources, vista.corners, station, ear)
     return _heard(sources, station, ear)
 
 
@@ -83,48 +91,47 @@ def _heard(sources: Iterable[_Source], station: Station, ear: Ear) -> list[Refle
         if abs(left) <= slope * ahead:
             distance = hypot(ahead, left)
             if transducer.blanking <= distance <= transducer.reach:
-                loss += beam_loss(atan2(left, ahead), transducer.null_angle) + transducer.range_loss(distance)
+                loss += beam_loss(atan2(left, ahead), transducer.null_angle) + ear.range_loss(distance)
                 if loss <= allowance:
                     reflectors.append(Reflector(x, y, distance, loss, kind))
     return reflectors
 
 
-def _planes(walls: Iterable[Wall], station: Station, reach: float) -> Iterator[_Source]:
+def _add_planes(sources: list[_Source], walls: Iterable[Wall], station: Station, reach: float) -> None:
     """A smooth wall answers from the foot of the perpendicular, if that lies on it."""
     x, y, ray_x, ray_y = station
     for _, normal_x, normal_y, offset, along_x, along_y, first_reached, length, softness in walls:
         if 0.0 <= along_x * x + along_y * y - first_reached <= length:
             height = normal_x * x + normal_y * y - offset
             if abs(height) <= reach and height * (normal_x * ray_x + normal_y * ray_y) <= 0.0:
-                yield x - height * normal_x, y - height * normal_y, softness, _WALL
+                sources.append((x - height * normal_x, y - height * normal_y, softness, _WALL))
 
 
-def _corners(corners: Iterable[Notch], station: Station, ear: Ear) -> Iterator[_Source]:
+def _add_corners(sources: list[_Source], corners: Iterable[Notch], station: Station, ear: Ear) -> None:
     """A concave corner returns what comes from within it."""
-    for x, y, _, softness in _in_beam(corners, station, ear.beam_slope, ear.reach):
-        yield x, y, softness, _CORNER
-
-
-def _edges(edges: Iterable[Notch], station: Station, ear: Ear) -> Iterator[_Source]:
-    """An edge or a free end diffracts a little."""
-    for x, y, distance, softness in _in_beam(edges, station, ear.beam_slope, ear.edge_reach):
-        yield x, y, edge_loss(max(distance, TOUCH)) + softness, _EDGE
-
-
-def _in_beam(
-    notches: Iterable[Notch], station: Station, slope: float, reach: float
-) -> Iterator[tuple[float, float, float, float]]:
-    """Place, distance and softness of the notches within reach that the sound meets within their cones."""
     place_x, place_y, ray_x, ray_y = station
-    for x, y, middle_x, middle_y, cosine, softness in notches:
+    slope, reach = ear.beam_slope, ear.reach
+    for x, y, middle_x, middle_y, cosine, softness in corners:
         dx, dy = x - place_x, y - place_y
         if abs(dy * ray_x - dx * ray_y) <= slope * (dx * ray_x + dy * ray_y):
             distance = hypot(dx, dy)
             if distance <= reach and dx * middle_x + dy * middle_y < -cosine * distance:
-                yield x, y, distance, softness
+                sources.append((x, y, softness, _CORNER))
 
 
-def _posts(posts: Iterable[Post], station: Station, slope: float) -> Iterator[_Source]:
+def _add_edges(sources: list[_Source], edges: Iterable[Notch], station: Station, ear: Ear) -> None:
+    """An edge or a free end diffracts a little what meets it within its cone."""
+    place_x, place_y, ray_x, ray_y = station
+    slope, reach = ear.beam_slope, ear.edge_reach
+    for x, y, middle_x, middle_y, cosine, softness in edges:
+        dx, dy = x - place_x, y - place_y
+        if abs(dy * ray_x - dx * ray_y) <= slope * (dx * ray_x + dy * ray_y):
+            distance = hypot(dx, dy)
+            if distance <= reach and dx * middle_x + dy * middle_y < -cosine * distance:
+                sources.append((x, y, edge_loss(max(distance, TOUCH)) + softness, _EDGE))
+
+
+def _add_posts(sources: list[_Source], posts: Iterable[Post], station: Station, slope: float) -> None:
     """A cylinder answers from its nearest point, which lies where its axis does: in the beam, or not."""
     place_x, place_y, ray_x, ray_y = station
     for x, y, radius, softness in posts:
@@ -133,7 +140,7 @@ def _posts(posts: Iterable[Post], station: Station, slope: float) -> Iterator[_S
             distance = max(hypot(dx, dy), radius)
             share = radius / distance
             loss = cylinder_loss(distance - radius, radius) + softness
-            yield x + share * dx, y + share * dy, loss, _CYLINDER
+            sources.append((x + share * dx, y + share * dy, loss, _CYLINDER))
 
 
 def _in_fan(wall: Wall, station: Station, ear: Ear) -> bool:

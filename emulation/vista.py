@@ -133,7 +133,7 @@ class Vista(NamedTuple):
         for normal_x, normal_y, offset, start_x, start_y, span_x, span_y in self.barriers:
             near = normal_x * x + normal_y * y - offset
             far = normal_x * to_x + normal_y * to_y - offset
-            if (near < -TOUCH and far > TOUCH) or (near > TOUCH and far < -TOUCH):
+            if near * far < 0.0 and abs(near) > TOUCH and abs(far) > TOUCH:
                 first = way_x * (start_y - y) - way_y * (start_x - x)
                 if first * (first + way_x * span_y - way_y * span_x) <= 0.0:
                     return False

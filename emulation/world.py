@@ -52,7 +52,15 @@ class World:
 
     def at(self, time_s: float) -> "Moment":
         """The world at a time since its beginning."""
-        return Moment(self, tuple(walker.at(time_s) for walker in self.walkers))
+        if time_s not in self._moments:
+            self._moments.clear()
+            self._moments[time_s] = Moment(self, tuple(walker.at(time_s) for walker in self.walkers))
+        return self._moments[time_s]
+
+    @cached_property
+    def _moments(self) -> dict[float, "Moment"]:
+        """The one last asked for, as rangers that fire together ask one after the other."""
+        return {}
 
     @cached_property
     def softness(self) -> FloatArray:

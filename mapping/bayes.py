@@ -39,10 +39,17 @@ class BayesGrid:
 
     def fuse(self, cone: Cone) -> NDArray[np.intp]:
         """Fuse one ping; the cells of which it spoke, as row * columns + column."""
-        quantised = np.rint(evidence(cone, self._model, self._no_echo) * MILLI).astype(np.int32)
-        (speaks,) = quantised.nonzero()
-        cells = cone.cells.take(speaks)
-        total = self.log_odds.take(cells) + quantised.take(speaks)
+        return self.add(cone.cells, self.weigh(cone))
+
+    def weigh(self, cone: Cone) -> NDArray[np.int32]:
+        """(n,) milli-nats that a ping is worth to each of its cone's cells."""
+        return np.rint(evidence(cone, self._model, self._no_echo) * MILLI).astype(np.int32)
+
+    def add(self, cells: NDArray[np.intp], milli_nats: NDArray[np.int32]) -> NDArray[np.intp]:
+        """Add evidence to cells, each of which comes once; those that got any."""
+        (speaks,) = milli_nats.nonzero()
+        cells = cells.take(speaks)
+        total = self.log_odds.take(cells) + milli_nats.take(speaks)
         self.log_odds.put(cells, np.minimum(np.maximum(total, -self._limit), self._limit))
         self._seen.put(cells, True)
         return cells

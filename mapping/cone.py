@@ -7,17 +7,29 @@ axis is in region I if |r - s| <= tolerance (an echo at s: probably occupied), i
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import cos, pi, sin, tan
+from math import ceil, cos, floor, pi, sin, tan
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from echogrid.mapping.grid import GridGeometry, Patch
-from echogrid.mapping.pose import Pose, wrap_angle
+from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger, effective_tolerance
 from echogrid.mapping.sounding import Sounding
 
 Floats = NDArray[np.float64]
+
+_QUARTER = pi / 2.0
+
+
+class Reach(NamedTuple):
+    """How far a ping speaks to the side and ahead."""
+
+    half_angle: float
+    """rad."""
+    distance: float
+    """m."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,10 +77,13 @@ def belief(distance: Floats, bearing: Floats, farthest: float, half_angle: float
     Each half is kept from going negative: cells of a thick region I may lie beyond R, and near cells that
     touch the cone beyond beta.
     """
-    near = np.maximum(farthest - distance, 0.0) / farthest
-    central = np.maximum(half_angle - np.abs(bearing), 0.0) / half_angle
-    result: Floats = (near + central) / 2.0
-    return result
+    near = np.maximum(farthest - distance, 0.0)
+    near /= farthest
+    central = np.maximum(half_angle - np.abs(bearing), 0.0)
+    central /= half_angle
+    near += central
+    near /= 2.0
+    return near
 
 
 def cast(geometry: GridGeometry, sounding: Sounding) -> Cone:
@@ -81,7 +96,7 @@ def cast(geometry: GridGeometry, sounding: Sounding) -> Cone:
     patch = geometry.window(*_bounds(transducer, ranger.half_angle, reach, geometry.resolution))
     along, across = _sensor_frame(geometry, patch, transducer)
     squared = along * along + across * across
-    inside = _inside(along, np.abs(across), ranger.half_angle, geometry.resolution)
+    inside = _inside(along, across, ranger.half_angle, geometry.resolution)
     inside &= squared <= reach * reach
     # One-dimensional arrays are picked from several times as quickly as two-dimensional ones.
     (chosen,) = inside.ravel().nonzero()
@@ -89,7 +104,7 @@ def cast(geometry: GridGeometry, sounding: Sounding) -> Cone:
     return Cone(
         patch,
         geometry,
-        _cells(geometry, patch, chosen),
+        _numbers(*geometry.shape)[patch].ravel().take(chosen),
         distance,
         np.abs(np.arctan2(across.take(chosen), along.take(chosen))),
         distance >= s - band if echo else np.zeros(len(chosen), np.bool_),
@@ -99,17 +114,17 @@ def cast(geometry: GridGeometry, sounding: Sounding) -> Cone:
     )
 
 
-def _cells(geometry: GridGeometry, patch: Patch, chosen: NDArray[np.intp]) -> NDArray[np.intp]:
-    """The grid's numbers of cells of a patch, by their numbers in it."""
-    width = max(patch[1].stop - patch[1].start, 1)
-    first = patch[0].start * geometry.cols + patch[1].start
-    cells: NDArray[np.intp] = chosen // width * (geometry.cols - width) + chosen + first
-    return cells
+@lru_cache(maxsize=8)
+def _numbers(rows: int, cols: int) -> NDArray[np.intp]:
+    """(rows, cols) row * columns + column, of a grid's cells."""
+    return np.arange(rows * cols).reshape(rows, cols)
 
 
 def _inside(along: Floats, across: Floats, half_angle: float, resolution: float) -> NDArray[np.bool_]:
     """Within the cone, or within half a cell of its axis: a cone narrower than a cell still has no holes."""
-    inside: NDArray[np.bool_] = across <= np.maximum(along * tan(half_angle), resolution / 2.0)
+    wide = along * tan(half_angle)
+    np.maximum(wide, resolution / 2.0, out=wide)
+    inside: NDArray[np.bool_] = np.abs(across) <= wide
     inside &= along > 0.0
     return inside
 
@@ -133,10 +148,20 @@ def _bounds(
     transducer: Pose, half_angle: float, reach: float, resolution: float
 ) -> tuple[float, float, float, float]:
     """West, south, east and north of the cone, half a cell wider."""
-    axes = [k * pi / 2.0 for k in range(4)]
-    crossed = [axis for axis in axes if abs(wrap_angle(axis - transducer.yaw)) < half_angle]
-    angles = [transducer.yaw - half_angle, transducer.yaw + half_angle, *crossed]
-    xs = [transducer.x, *(transducer.x + reach * cos(angle) for angle in angles)]
-    ys = [transducer.y, *(transducer.y + reach * sin(angle) for angle in angles)]
+    first, last = transducer.yaw - half_angle, transducer.yaw + half_angle
+    x, y = reach * cos(first), reach * sin(first)
+    to_x, to_y = reach * cos(last), reach * sin(last)
+    west, south, east, north = min(x, to_x, 0.0), min(y, to_y, 0.0), max(x, to_x, 0.0), max(y, to_y, 0.0)
+    for axis in range(ceil(first / _QUARTER), floor(last / _QUARTER) + 1):
+        match axis % 4:
+            case 0:
+                east = reach
+            case 1:
+                north = reach
+            case 2:
+                west = -reach
+            case _:
+                south = -reach
     half = resolution / 2.0
-    return min(xs) - half, min(ys) - half, max(xs) + half, max(ys) + half
+    x, y = transducer.x, transducer.y
+    return x + west - half, y + south - half, x + east + half, y + north + half

@@ -33,6 +33,9 @@ class Footprint:
         """(k,) m, of the side from each corner to the next."""
         self.along: tuple[Floats, Floats] = dx / self.length, dy / self.length
         """(k,) each: the direction of that side."""
+        area = (self.x * np.roll(self.y, -1) - self.y * np.roll(self.x, -1)).sum()
+        self.outward = 1.0 if area > 0.0 else -1.0
+        """1 if the right of each side is outside, as the corners come counter-clockwise; else -1."""
         self._rise, self._run = np.where(dy == 0.0, 1.0, dy)[:, np.newaxis], dx[:, np.newaxis]
         self.reach = max(hypot(x, y) for x, y in self.corners)
         """m from base_link to the farthest corner."""

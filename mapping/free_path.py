@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from math import cos, inf, pi, sin, sqrt, tau
+from math import ceil, cos, inf, pi, sin, sqrt, tau
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,6 +122,9 @@ class PathSensor:
         offsets = (np.arange(cells, dtype=np.float64) - cells // 2) * resolution
         near = np.hypot(offsets[np.newaxis, :], offsets[:, np.newaxis]) <= self._horizon
         self._rows, self._cols = np.nonzero(near)
+        self._flat = self._rows * cells + self._cols
+        self._occupied = ceil(sight.occupied * MILLI)
+        """Milli-nats."""
         self._courses: dict[Twist, _Course] = {}
         x, y = offsets[self._cols], offsets[self._rows]
         asked = footprint.distance(x, y) > sight.skin
@@ -159,15 +162,15 @@ class PathSensor:
 
     def _clear(self, local: LocalGrid, robot: Pose, course: Twist) -> tuple[float, PathEnd]:
         """m to the first obstacle, or as far as one looks."""
+        geometry, horizon = local.geometry, self._looked_at(course)
         if course.speed == 0.0 and self._footprint.is_round:
-            return self._looked_at(course), PathEnd.HORIZON
-        hits = local.grid.log_odds[self._rows, self._cols] >= self._sight.occupied * MILLI
-        geometry = local.geometry
-        dx = geometry.x + (self._cols[hits] + 0.5) * geometry.resolution - robot.x
-        dy = geometry.y + (self._rows[hits] + 0.5) * geometry.resolution - robot.y
+            return horizon, PathEnd.HORIZON
+        (hits,) = (local.grid.log_odds.take(self._flat) >= self._occupied).nonzero()
+        dx = geometry.x + (self._cols.take(hits) + 0.5) * geometry.resolution - robot.x
+        dy = geometry.y + (self._rows.take(hits) + 0.5) * geometry.resolution - robot.y
         c, s = cos(robot.yaw), sin(robot.yaw)
-        ways = touches(self._footprint, course, c * dx + s * dy, c * dy - s * dx, self._radius)
-        nearest, horizon = float(ways.min(initial=inf)), self._looked_at(course)
+        ways = touches(self._footprint, course, c * dx + s * dy, c * dy - s * dx, self._radius, horizon)
+        nearest = float(ways.min(initial=inf))
         return (nearest, PathEnd.OBSTACLE) if nearest < horizon else (horizon, PathEnd.HORIZON)
 
     def _looked_at(self, course: Twist) -> float:
@@ -185,14 +188,11 @@ class PathSensor:
         swept = self._courses.get(course) or self._swept(course)
         geometry = local.geometry
         c, s = cos(robot.yaw), sin(robot.yaw)
-        col = np.floor((robot.x + c * swept.x - s * swept.y - geometry.x) / geometry.resolution).astype(
-            np.intp
-        )
-        row = np.floor((robot.y + s * swept.x + c * swept.y - geometry.y) / geometry.resolution).astype(
-            np.intp
-        )
-        free = local.grid.log_odds[row, col] < self._sight.occupied * MILLI
-        seen_ns = local.seen_ns[row, col]
+        cols = np.floor((robot.x + c * swept.x - s * swept.y - geometry.x) / geometry.resolution)
+        rows = np.floor((robot.y + s * swept.x + c * swept.y - geometry.y) / geometry.resolution)
+        places = rows.astype(np.intp) * geometry.cols + cols.astype(np.intp)
+        free = local.grid.log_odds.take(places) < self._occupied
+        seen_ns = local.seen_ns.take(places)
         enough = self._sight.known * swept.total
         lately = np.bincount(swept.step, free & (seen_ns > now_ns - self._sight.stale_ns), len(enough))
         lacking = np.flatnonzero(lately < enough)
@@ -205,13 +205,14 @@ class PathSensor:
 
     def _swept(self, course: Twist) -> _Course:
         x, y = self._asked
-        ways = sweeps(self._footprint, course, x, y)
-        swept = ways < self._looked_at(course)
+        horizon = self._looked_at(course)
+        ways = sweeps(self._footprint, course, x, y, horizon)
+        (swept,) = (ways < horizon).nonzero()
         start = float(ways.min(initial=inf))
-        step = np.rint((ways[swept] - start) / self._resolution).astype(np.intp)
+        step = np.rint((ways.take(swept) - start) / self._resolution).astype(np.intp)
         if len(self._courses) >= _MOST_COURSES:
             self._courses.clear()
-        made = self._courses[course] = _Course(x[swept], y[swept], start, step, np.bincount(step))
+        made = self._courses[course] = _Course(x.take(swept), y.take(swept), start, step, np.bincount(step))
         return made
 
     def _cap(self, course: Twist) -> float:

@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from echogrid.mapping.cone import Cone
+from echogrid.mapping.cone import Cone, Reach
 from echogrid.mapping.ranger import NoEcho as NoEcho
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sounding import Sounding
@@ -84,7 +84,8 @@ def printed(belief: Floats, occupied: NDArray[np.bool_], max_occupied: float = M
 
 def consistent(belief: Floats, occupied: NDArray[np.bool_], max_occupied: float = MAX_OCCUPIED) -> Floats:
     """P(s|Occupied) on the right side of 1/2: (1 + b Max_occ)/2 in region I, (1 - b)/2 in region II."""
-    return np.where(occupied, 0.5 + 0.5 * belief * max_occupied, 0.5 - 0.5 * belief)
+    result: Floats = 0.5 + 0.5 * belief * np.where(occupied, max_occupied, -1.0)
+    return result
 
 
 def posterior(given_occupied: float, given_empty: float, prior: float) -> float:
@@ -96,7 +97,8 @@ def posterior(given_occupied: float, given_empty: float, prior: float) -> float:
 def log_odds(probability: Floats) -> Floats:
     """ln(p/(1-p)), with p kept from 0 and 1."""
     p = np.minimum(np.maximum(probability, _SUREST), 1.0 - _SUREST)
-    result: Floats = np.log(p) - np.log1p(-p)
+    result: Floats = np.log(p)
+    result -= np.log1p(-p)
     return result
 
 
@@ -119,6 +121,11 @@ def evidence(cone: Cone, model: SonarModel, no_echo: NoEcho) -> Floats:
 def heard(ranger: Ranger) -> float:
     """p_d of an obstacle on the ranger's axis, and near."""
     return HEARD if ranger.detection is None else ranger.detection
+
+
+def silent_reach(ranger: Ranger) -> Reach:
+    """How far weak silence speaks at all: what lies beyond need not be looked at."""
+    return Reach(min(ranger.half_angle, _NO_ECHO_ANGLE), _NO_ECHO_REACH * ranger.farthest)
 
 
 def weak_silence(cone: Cone) -> Floats:

@@ -1,6 +1,7 @@
 """What a robot remembers of its surroundings after its local grid has moved on or faded."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import ceil, floor, hypot
 
 import numpy as np
@@ -77,14 +78,13 @@ class Recollection:
         half = 0.5 * geometry.resolution * geometry.rows
         self.cover(geometry.x + half, geometry.y + half, half + self._resolution)
         keep = self._remembering
-        steps = np.arange(geometry.rows) - geometry.rows // 2
-        near = np.hypot(steps[:, np.newaxis], steps) * geometry.resolution <= keep.reach
-        log_odds = np.where(near, log_odds, np.int16(0))
+        log_odds = np.where(_near(geometry.rows, geometry.resolution, keep.reach), log_odds, np.int16(0))
         lately = (local.seen_ns > 0) & (local.seen_ns >= now_ns - keep.lately_ns)
-        obstacle = self._count(geometry, log_odds >= keep.obstacle) > 0
-        doubted = self._count(geometry, log_odds > 0) > 0
-        free = (self._count(geometry, (log_odds <= keep.free) & lately) > 0) & ~doubted
-        wholly = self._count(geometry, log_odds > keep.free) == 0
+        places = self._places(geometry)
+        obstacle = self._holding(places[log_odds >= keep.obstacle])
+        doubted = self._holding(places[log_odds > 0])
+        free = self._holding(places[(log_odds <= keep.free) & lately]) & ~doubted
+        wholly = ~self._holding(places[log_odds > keep.free])
         self._learn(obstacle, free, wholly)
 
     def _learn(self, obstacle: NDArray[np.bool_], free: NDArray[np.bool_], wholly: NDArray[np.bool_]) -> None:
@@ -96,14 +96,18 @@ class Recollection:
         belief[free & (belief == 0)] = -1
         self._held = obstacle
 
-    def _count(self, geometry: GridGeometry, mask: NDArray[np.bool_]) -> NDArray[np.intp]:
-        """(rows, cols) how many of the local grid's cells of that mask have their middle in each cell."""
-        step = self._resolution
-        rows, cols = np.nonzero(mask)
-        down = np.floor(geometry.y_centres / step).astype(np.intp)[rows] - self._corner[0]
-        right = np.floor(geometry.x_centres / step).astype(np.intp)[cols] - self._corner[1]
-        flat = down * self.belief.shape[1] + right
-        return np.bincount(flat, minlength=self.belief.size).reshape(self.belief.shape)
+    def _places(self, geometry: GridGeometry) -> NDArray[np.intp]:
+        """(rows, cols) of a local grid: the cell here, row * columns + column, of each one's middle."""
+        down = np.floor(geometry.y_centres / self._resolution).astype(np.intp) - self._corner[0]
+        right = np.floor(geometry.x_centres / self._resolution).astype(np.intp) - self._corner[1]
+        places: NDArray[np.intp] = (down * self.belief.shape[1])[:, np.newaxis] + right
+        return places
+
+    def _holding(self, places: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """(rows, cols) which cells are among these places."""
+        holding = np.zeros(self.belief.shape, np.bool_)
+        holding.ravel()[places] = True
+        return holding
 
     def tread(self, x: float, y: float, radius: float) -> None:
         """The robot stands here: no cell whose middle is within its radius (m) is an obstacle."""
@@ -111,14 +115,23 @@ class Recollection:
         geometry = self.geometry
         row, col = geometry.cell(x, y)
         reach = ceil(radius / self._resolution) + 1
+        x_centres, y_centres = geometry.x_centres.tolist(), geometry.y_centres.tolist()
         for r in range(max(row - reach, 0), min(row + reach + 1, geometry.rows)):
             for c in range(max(col - reach, 0), min(col + reach + 1, geometry.cols)):
-                if hypot(geometry.x_centres[c] - x, geometry.y_centres[r] - y) <= radius:
+                if hypot(x_centres[c] - x, y_centres[r] - y) <= radius:
                     self.belief[r, c] = -1
 
     def relent(self) -> None:
         """Forget the obstacles that are remembered only: that the local grid did not hold when last taken."""
         self.belief[(self.belief > 0) & ~self._held] = 0
+
+
+@lru_cache(maxsize=8)
+def _near(cells: int, resolution: float, reach: float) -> NDArray[np.bool_]:
+    """(cells, cols) of a local grid: which are within that reach (m) of its middle."""
+    steps = np.arange(cells) - cells // 2
+    near: NDArray[np.bool_] = np.hypot(steps[:, np.newaxis], steps) * resolution <= reach
+    return near
 
 
 def _blocks(missing: int) -> int:

@@ -7,7 +7,7 @@ from math import ceil, hypot, inf
 
 import numpy as np
 
-from echogrid.mapping.planning.terrain import Point, Terrain
+from echogrid.mapping.planning.terrain import Point, Terrain, shared
 from echogrid.mapping.planning.wavefront import Floats, cost_to_go, descent
 
 _SLACK = 1.5
@@ -58,17 +58,17 @@ class Route:
         return point, hypot(point[0] - here[0], point[1] - here[1]) + float(self.lengths[last])
 
     def _point(self, number: int) -> Point:
-        return float(self.points[number, 0]), float(self.points[number, 1])
+        return self.points.item(number, 0), self.points.item(number, 1)
 
     def price(self, ground: Terrain) -> float:
         """m, dear stretches counted as longer; inf if it is blocked."""
-        weights = ground.weights[ground.beneath(self.points)]
+        weights = ground.weights.take(ground.beneath(self.points))
         steps = self.lengths[:-1] - self.lengths[1:]
         return float((steps * 0.5 * (weights[:-1] + weights[1:])).sum())
 
     def is_shut(self, ground: Terrain, here: Point) -> bool:
         """Whether what is left of it from here on has become blocked."""
-        return not ground.passable[ground.beneath(self.left(ground, here).points)].all()
+        return not ground.passable.take(ground.beneath(self.left(ground, here).points)).all()
 
     def beside(self, other: "Route", aside: float) -> bool:
         """Whether no point of it is farther than that (m) from the other one: much the same way."""
@@ -121,6 +121,6 @@ def _dotted(corners: list[Point], apart: float) -> Floats:
     parts = [np.array([corners[0]])]
     for here, there in pairwise(corners):
         count = max(ceil(hypot(there[0] - here[0], there[1] - here[1]) / apart), 1)
-        shares = np.linspace(0.0, 1.0, count + 1)[1:, np.newaxis]
+        shares = shared(count)[1:, np.newaxis]
         parts.append((1.0 - shares) * here + shares * there)
     return np.concatenate(parts)

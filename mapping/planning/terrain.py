@@ -1,22 +1,22 @@
 """What it costs a robot to be in a cell, by what is remembered."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import ceil, hypot, inf
 
 import numpy as np
 from numpy.typing import NDArray
 
 from echogrid.mapping.grid import GridGeometry
-from echogrid.mapping.planning.clearance import clearance
+from echogrid.mapping.planning.clearance import roots, squares
 from echogrid.mapping.planning.recollection import Recollection
 from echogrid.mapping.planning.wavefront import Cell, Floats
 
 Point = tuple[float, float]
 """x and y, m, in the odom frame."""
 Mask = NDArray[np.bool_]
-Cells = tuple[NDArray[np.intp], NDArray[np.intp]]
-"""Rows and columns."""
+Cells = NDArray[np.intp]
+"""row * columns + column."""
 
 _NARROWEST = 1.5
 """Cells from an obstacle's middle; nearer no way leads: it might slip between two that touch at corners."""
@@ -47,8 +47,6 @@ class Terrain:
     """Its arrays are its own."""
 
     geometry: GridGeometry
-    clearance: Floats
-    """(rows, cols) m, inf beyond what matters."""
     blocked: Mask
     """(rows, cols) too near to an obstacle."""
     weights: Floats
@@ -80,53 +78,73 @@ class Terrain:
         return int(rows[best]), int(cols[best])
 
     def beneath(self, points: Floats) -> Cells:
-        """Rows and columns of the cells under points (n, 2), of the nearest where they lie outside."""
+        """The cells under points (n, 2), or the nearest where they lie outside."""
+        return self._beneath(points[:, 0], points[:, 1])
+
+    def _beneath(self, x: Floats, y: Floats) -> Cells:
+        # Cut off, not rounded down: what lies below 0 is brought to 0 in any case.
         geometry = self.geometry
-        rows = np.floor((points[:, 1] - geometry.y) / geometry.resolution).astype(np.intp)
-        cols = np.floor((points[:, 0] - geometry.x) / geometry.resolution).astype(np.intp)
-        return np.clip(rows, 0, geometry.rows - 1), np.clip(cols, 0, geometry.cols - 1)
+        rows = ((y - geometry.y) / geometry.resolution).astype(np.intp)
+        cols = ((x - geometry.x) / geometry.resolution).astype(np.intp)
+        rows = np.minimum(np.maximum(rows, 0), geometry.rows - 1)
+        rows *= geometry.cols
+        rows += np.minimum(np.maximum(cols, 0), geometry.cols - 1)
+        return rows
 
     def along(self, here: Point, there: Point) -> Cells:
-        """Rows and columns beneath the straight way, every half a cell."""
+        """The cells beneath the straight way, every half a cell."""
         (x, y), (to_x, to_y) = here, there
-        count = ceil(2.0 * hypot(to_x - x, to_y - y) / self.geometry.resolution) + 1
-        shares = np.linspace(0.0, 1.0, count + 1)
-        return self.beneath(np.stack((x + shares * (to_x - x), y + shares * (to_y - y)), axis=1))
+        shares = shared(ceil(2.0 * hypot(to_x - x, to_y - y) / self.geometry.resolution) + 1)
+        return self._beneath(x + shares * (to_x - x), y + shares * (to_y - y))
 
     def is_open(self, here: Point, there: Point) -> bool:
         """Whether the straight way may be driven: blocked cells, if passable, at its two ends only."""
         cells = self.along(here, there)
-        free = np.flatnonzero(~self.blocked[cells])
+        blocked = self.blocked.take(cells)
+        if not np.logical_or.reduce(blocked):
+            return True
+        (free,) = np.logical_not(blocked).nonzero()
         in_one = not len(free) or len(free) == free[-1] - free[0] + 1
-        return bool(in_one and self.passable[cells].all())
+        return bool(in_one and self.passable.take(cells).all())
 
     def price(self, here: Point, there: Point) -> float:
         """m of the straight way, dear stretches counted as longer."""
-        weights = self.weights[self.along(here, there)]
+        weights = self.weights.take(self.along(here, there))
         return hypot(there[0] - here[0], there[1] - here[1]) * float(weights.mean())
+
+
+@lru_cache(maxsize=1024)
+def shared(parts: int) -> Floats:
+    """(parts + 1,) 0...1 in so many parts."""
+    shares = np.linspace(0.0, 1.0, parts + 1)
+    shares.flags.writeable = False
+    return shares
 
 
 def terrain(memory: Recollection, prices: Prices, ends: tuple[Point, ...]) -> Terrain:
     """Of what is remembered. Around each of the `ends` that is too near an obstacle it is dear, not shut."""
     geometry = memory.geometry
-    reach = prices.keep + prices.shy
-    distance = clearance(memory.belief > 0, ceil(reach / geometry.resolution)) * geometry.resolution
-    blocked = distance < prices.keep
-    close = np.maximum(1.0 - (distance - prices.keep) / prices.shy, 0.0) if prices.shy else np.zeros(1)
-    weights = 1.0 + prices.near * close**2
-    weights[memory.belief == 0] *= prices.unknown
-    weights[blocked] = inf
+    most = ceil((prices.keep + prices.shy) / geometry.resolution)
+    squared, distance = squares(memory.belief > 0, most), roots(most) * geometry.resolution
+    weights = _price(distance, prices).take(squared)
+    blocked = weights == inf
+    np.multiply(weights, prices.unknown, out=weights, where=memory.belief == 0)
     for end in ends:
-        weights[_squeezed(geometry, distance, blocked, (end, prices.keep))] = prices.squeeze
-    return Terrain(geometry, distance, blocked, weights)
+        cell = geometry.cell(*end)
+        if geometry.contains(*cell) and blocked[cell]:
+            near = distance.take(squared) <= _NARROWEST * geometry.resolution
+            weights[blocked & ~near & _around(geometry, end, prices.keep)] = prices.squeeze
+    return Terrain(geometry, blocked, weights)
 
 
-def _squeezed(geometry: GridGeometry, distance: Floats, blocked: Mask, disc: tuple[Point, float]) -> Mask:
-    """(rows, cols) the blocked cells around a point that lies in one, but for those at the obstacle."""
-    (x, y), keep = disc
-    cell = geometry.cell(x, y)
-    if not (geometry.contains(*cell) and blocked[cell]):
-        return np.zeros_like(blocked)
-    away = np.hypot(geometry.x_centres[np.newaxis, :] - x, geometry.y_centres[:, np.newaxis] - y)
-    around = away <= keep + geometry.resolution
-    return np.asarray(blocked & around & (distance > _NARROWEST * geometry.resolution))
+def _price(distance: Floats, prices: Prices) -> Floats:
+    """(n,) what a length costs at distances (m, n) from the next obstacle, where it is known."""
+    close = np.maximum(1.0 - (distance - prices.keep) / prices.shy, 0.0) if prices.shy else np.zeros(1)
+    return np.where(distance < prices.keep, inf, 1.0 + prices.near * close**2)
+
+
+def _around(geometry: GridGeometry, point: Point, keep: float) -> Mask:
+    """(rows, cols) the cells that whatever keeps so far (m) from obstacles at a point may touch."""
+    x, y = geometry.x_centres[np.newaxis, :] - point[0], geometry.y_centres[:, np.newaxis] - point[1]
+    around: Mask = np.hypot(x, y) <= keep + geometry.resolution
+    return around

@@ -10,7 +10,8 @@ Cell = tuple[int, int]
 Floats = NDArray[np.float64]
 
 _AROUND = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1) if down or right]
-_LENGTHS = np.array([sqrt(2.0) if down and right else 1.0 for down, right in _AROUND])
+_LENGTHS = np.array([[sqrt(2.0) if down and right else 1.0] for down, right in _AROUND])
+_HALVES = [(step, 0.5 * length) for step, length in zip(_AROUND, _LENGTHS.ravel().tolist(), strict=True)]
 
 
 def cost_to_go(weights: Floats, goal: Cell, until: Cell | None = None) -> Floats:
@@ -25,7 +26,7 @@ def cost_to_go(weights: Floats, goal: Cell, until: Cell | None = None) -> Floats
     """
     rows, cols = weights.shape
     halves = np.pad(weights * 0.5, 1, constant_values=inf).ravel()
-    offsets = np.array([down * (cols + 2) + right for down, right in _AROUND])
+    offsets = np.array([[down * (cols + 2) + right] for down, right in _AROUND])
     cost = np.full(halves.shape, inf)
     start = (goal[0] + 1) * (cols + 2) + goal[1] + 1
     last = start if until is None else (until[0] + 1) * (cols + 2) + until[1] + 1
@@ -33,18 +34,21 @@ def cost_to_go(weights: Floats, goal: Cell, until: Cell | None = None) -> Floats
     waiting = np.array([start])
     first = np.zeros(halves.shape, np.intp)
     while len(waiting):
-        reached = cost[waiting]
+        reached = cost.take(waiting)
         cheapest = reached.min()
         if cheapest == inf or (until is not None and cost[last] < cheapest):
             break
         near = reached < cheapest + 1.0
-        front = _once(waiting[near], first)
-        there = front[:, np.newaxis] + offsets
-        offered = cost[front][:, np.newaxis] + _LENGTHS * (halves[front][:, np.newaxis] + halves[there])
-        better = offered < cost[there]
+        front = _once(waiting.compress(near), first)
+        there = offsets + front
+        offered = halves.take(there)
+        offered += halves.take(front)
+        offered *= _LENGTHS
+        offered += cost.take(front)
+        better = offered < cost.take(there)
         improved = there[better]
         np.minimum.at(cost, improved, offered[better])
-        waiting = np.concatenate((waiting[~near], improved))
+        waiting = np.concatenate((waiting.compress(~near), improved))
     return cost.reshape(rows + 2, cols + 2)[1:-1, 1:-1]
 
 
@@ -52,7 +56,7 @@ def _once(cells: NDArray[np.intp], scratch: NDArray[np.intp]) -> NDArray[np.intp
     """Each of the cells once."""
     order = np.arange(len(cells))
     scratch[cells] = order
-    kept: NDArray[np.intp] = cells[scratch[cells] == order]
+    kept: NDArray[np.intp] = cells[scratch.take(cells) == order]
     return kept
 
 
@@ -62,17 +66,19 @@ def descent(cost: Floats, weights: Floats, start: Cell) -> list[Cell]:
         return []
     way, here = [start], start
     while cost[here] > 0.0:
-        here = min(_neighbours(here, cost.shape), key=lambda cell: _through(cost, weights, way[-1], cell))
+        here = _next(cost, weights, here)
         way.append(here)
     return way
 
 
-def _through(cost: Floats, weights: Floats, here: Cell, there: Cell) -> float:
-    diagonal = here[0] != there[0] and here[1] != there[1]
-    step = sqrt(2.0) if diagonal else 1.0
-    return float(cost[there] + step * 0.5 * (weights[here] + weights[there]))
-
-
-def _neighbours(cell: Cell, shape: tuple[int, ...]) -> list[Cell]:
-    around = [(cell[0] + down, cell[1] + right) for down, right in _AROUND]
-    return [(row, col) for row, col in around if 0 <= row < shape[0] and 0 <= col < shape[1]]
+def _next(cost: Floats, weights: Floats, here: Cell) -> Cell:
+    """The neighbour by which the way costs least; of several the first."""
+    rows, cols = cost.shape
+    own, least, best = weights.item(here), inf, here
+    for (down, right), half in _HALVES:
+        row, col = here[0] + down, here[1] + right
+        if 0 <= row < rows and 0 <= col < cols:
+            through = cost.item(row, col) + half * (own + weights.item(row, col))
+            if through < least:
+                least, best = through, (row, col)
+    return best

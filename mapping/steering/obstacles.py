@@ -16,6 +16,7 @@ MOST = 15
 """The highest certainty, as in HIMM."""
 _SURE = 2000
 """Milli-nats at which the local grid's log-odds are clamped: the highest certainty."""
+_CERTAINTY = (np.arange(_SURE + 1) * MOST // _SURE).astype(np.int16)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,13 +66,14 @@ class View:
         """The obstacles no farther than that (m), nearest first."""
         if distance >= self.window.horizon:
             return self.hits
-        return self.hits[: np.searchsorted(self.hits, self.window.within(distance))]
+        return self.hits[: self.hits.searchsorted(self.window.within(distance))]
 
     def clearance(self, heading: float) -> float:
         """m that the robot's disc can go straight there before it touches; what the window shows at most."""
         along, across = self._turned(self.hits, heading)
         squared = self.window.body.radius**2 - across**2
-        ways = np.where((squared > 0.0) & (along > 0.0), along - np.sqrt(np.maximum(squared, 0.0)), inf)
+        (met,) = ((squared > 0.0) & (along > 0.0)).nonzero()
+        ways = along.take(met) - np.sqrt(squared.take(met))
         return min(max(float(ways.min(initial=inf)), 0.0), self.window.horizon)
 
     def free(self, heading: float, distance: float) -> bool:
@@ -109,8 +111,8 @@ class Obstacles:
 
     def view(self, local: LocalGrid, robot: Pose, now_ns: int) -> View:
         """What is around the robot, in the middle of whose grid it must be (LocalGrid.centre)."""
-        log_odds = local.grid.log_odds.ravel().take(self.window.flat)
-        seen_ns = local.seen_ns.ravel().take(self.window.flat)
+        log_odds = local.grid.log_odds.take(self.window.flat)
+        seen_ns = local.seen_ns.take(self.window.flat)
         certainty = certainties(log_odds)
         hits = np.flatnonzero(certainty >= self._belief.least)
         known = self._known(seen_ns, now_ns)
@@ -132,7 +134,7 @@ class Obstacles:
         if self._belief.unknown is Unknown.CLEAR:
             return np.ones(self.window.sectors)
         recent = seen_ns[self._outside :] > max(now_ns - self._belief.stale_ns, 0)
-        cells = np.bincount(self._sector[recent], minlength=self.window.sectors).astype(np.float64)
+        cells = np.bincount(self._sector, recent, self.window.sectors).astype(np.float64, copy=False)
         return np.minimum(ring_sum(cells, self._weights) / self._enough, 1.0)
 
     def _shut(self, known: Floats) -> Mask:
@@ -148,7 +150,7 @@ class Obstacles:
         return robot.x - x, robot.y - y
 
     def _touches(self, hits: Indices, offset: tuple[float, float]) -> bool:
-        near = hits[: np.searchsorted(hits, self._touchable)]
+        near = hits[: hits.searchsorted(self._touchable)]
         if not len(near):
             return False
         away = np.hypot(self.window.x[near] - offset[0], self.window.y[near] - offset[1])
@@ -157,6 +159,4 @@ class Obstacles:
 
 def certainties(log_odds: NDArray[np.int16]) -> NDArray[np.int16]:
     """CV = floor(15 L / 2 nats), within 0...15: linear in the evidence for an obstacle, 0 for any against."""
-    within = np.clip(log_odds, 0, _SURE)
-    result: NDArray[np.int16] = within * np.int16(MOST) // np.int16(_SURE)
-    return result
+    return _CERTAINTY.take(np.minimum(np.maximum(log_odds, 0), _SURE))

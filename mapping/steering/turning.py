@@ -19,14 +19,14 @@ def out_of_reach(window: Window, hits: Indices, yaw: float, radius: float) -> Ma
     """
     if radius <= 0.0 or not len(hits):
         return np.zeros(window.sectors, np.bool_)
-    x, y, aside = window.x[hits], window.y[hits], _wrapped(window.bearing[hits] - yaw)
+    x, y, aside = window.x.take(hits), window.y.take(hits), _wrapped(window.bearing.take(hits) - yaw)
     east, north = -radius * sin(yaw), radius * cos(yaw)
     reach = (radius + window.keep) ** 2
     in_left = (x - east) ** 2 + (y - north) ** 2 < reach
     in_right = (x + east) ** 2 + (y + north) ** 2 < reach
-    left = float(np.min(aside, where=in_left & (aside >= -_ROUNDING), initial=pi))
-    right = float(np.max(aside, where=in_right & (aside <= _ROUNDING), initial=-pi))
-    sectors = _wrapped(np.arange(window.sectors, dtype=np.float64) * (tau / window.sectors) - yaw)
+    left = float(aside[in_left & (aside >= -_ROUNDING)].min(initial=pi))
+    right = float(aside[in_right & (aside <= _ROUNDING)].max(initial=-pi))
+    sectors = _wrapped(window.directions - yaw)
     back = np.abs(sectors) > pi - _ROUNDING
     beyond = (sectors > left + _ROUNDING) | (sectors < right - _ROUNDING)
     return np.where(back, left < pi and right > -pi, beyond)

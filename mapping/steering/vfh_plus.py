@@ -99,8 +99,9 @@ class VfhPlus:
         """The primary histogram, the binary one with hysteresis, and what the turning circles mask."""
         window = self._window
         hits = view.within(goal.distance + window.keep)
-        squares = view.certainty[hits].astype(np.float64) ** 2
-        density = spread(squares * self._factor[hits], window.first[hits], window.last[hits], window.sectors)
+        certainty = view.certainty.take(hits).astype(np.float64)
+        weights = certainty * certainty * self._factor.take(hits)
+        density = spread(weights, window.first.take(hits), window.last.take(hits), window.sectors)
         blocked = (density > self.high) | (self._blocked & (density >= self.low)) | view.shut
         masked = out_of_reach(window, hits, view.robot.yaw, self._limits.turning_radius(speed))
         return Polar(density, self.low, self.high, blocked, masked)

@@ -62,6 +62,8 @@ class Window:
         """(n,) beta, rad in -pi...pi, in the grid's frame."""
         self.keep = body.radius + body.margin + resolution / sqrt(2.0)
         """m: a disc of this size around the cell's middle holds the robot and its margin, wherever in it."""
+        self.directions: Floats = np.arange(sectors, dtype=np.float64) * (tau / sectors)
+        """(sectors,) rad."""
         turns = self.bearing / tau * sectors
         self.nearest_sector: Indices = np.rint(turns).astype(np.intp) % sectors
         """(n,) the sector whose direction is nearest to the cell's."""
@@ -70,7 +72,7 @@ class Window:
 
     def within(self, distance: float) -> int:
         """How many of the cells lie within that distance (m)."""
-        return int(np.searchsorted(self.distance, distance, "right"))
+        return int(self.distance.searchsorted(distance, "right"))
 
     def _enlarged(self, turns: Floats) -> tuple[Indices, Indices]:
         """The sectors k with k alpha in [beta - gamma, beta + gamma]; at least the nearest one."""

@@ -160,3 +160,11 @@ def test_the_beams_are_as_wide_as_their_texts_say():
     assert _visible_at(transducers.A02YYUW, 0.9) == pytest.approx(30.0, abs=0.1)
     assert _visible_at(transducers.A02YYUW, 2.0) == pytest.approx(25.0, abs=1.0)
     assert _visible_at(transducers.A02YYUW, 4.5) == pytest.approx(15.0, abs=1.0)
+
+
+@pytest.mark.parametrize("transducer", [transducers.POLAROID, *transducers.TRANSDUCERS.values()])
+@given(distance=st.floats(1e-3, 12.0))
+def test_an_ear_reckons_with_the_transducers_own_loss_to_the_bit(transducer, distance):
+    heard = ear(transducer, transducer.sensitivity)
+    for metres in (distance, transducer.ramp_end):
+        assert heard.range_loss(metres) == transducer.range_loss(metres)

@@ -98,6 +98,13 @@ def test_people_are_seen_but_are_no_part_of_the_map():
     assert world.surface_distance(place) == OFFICE.surface_distance(place)
 
 
+def test_every_time_has_its_own_people():
+    walker = Walker(((5.0, 5.0), (6.0, 5.0)))
+    world = replace(OFFICE, walkers=(walker,))
+    for time_s in (0.0, 0.3, 0.3, 0.0):
+        assert world.at(time_s).people == (walker.at(time_s),)
+
+
 def test_two_rooms_with_a_door_have_one_outline():
     rooms = ((0.0, 0.0, 2.0, 2.0), (2.1, 0.0, 4.0, 2.0), (2.0, 0.5, 2.1, 1.5))
     walls, rough, _ = FloorPlan(rooms, (), ((4.0, 0.0, 4.0, 2.0),)).outline()

@@ -1,6 +1,6 @@
 """The swept path against its twin: the motion sampled densely, with a test of the polygon at every step."""
 
-from math import cos, inf, pi, sin
+from math import cos, hypot, inf, pi, sin
 
 import numpy as np
 import pytest
@@ -136,3 +136,25 @@ def test_the_widest_arcs_join_the_straight_way(across: float, ahead: float, side
     straight = touch(BOX, Twist(0.5), (ahead, across), 0.035)
     arc = touch(BOX, Twist(0.5, side * 0.5 / 0.99e5), (ahead, across), 0.035)
     assert arc == approx(straight, abs=1e-3) or abs(abs(across) - 0.185) < 1e-3
+
+
+@settings(deadline=None)
+@given(outlines, twists, st.lists(places, min_size=1, max_size=20), radii, st.floats(0.0, 12.0))
+def test_with_an_end_all_that_comes_before_it_is_the_same_to_the_bit(
+    outline: Footprint, twist: Twist, ways: list[tuple[float, float]], radius: float, within: float
+) -> None:
+    x, y = np.array(ways).T
+    outside = outline.distance(x, y) > TOUCH
+    for whole, ended in (
+        (touches(outline, twist, x, y, radius), touches(outline, twist, x, y, radius, within)),
+        (sweeps(outline, twist, x, y)[outside], sweeps(outline, twist, x, y, within)[outside]),
+    ):
+        soon = whole <= within
+        assert np.array_equal(ended[soon], whole[soon])
+        assert np.all((ended[~soon] == whole[~soon]) | (ended[~soon] == inf))
+
+
+@given(outlines, speeds, rates)
+def test_the_fastest_corner_is_the_fastest_of_all(outline: Footprint, speed: float, rate: float) -> None:
+    each = [hypot(speed - rate * y, rate * x) for x, y in outline.corners]
+    assert fastest(outline, Twist(speed, rate)) == max(each)

@@ -1,6 +1,8 @@
-from math import inf
+from math import ceil, hypot, inf
 
 import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pytest import approx
 
 from echogrid.mapping.planning.recollection import Recollection
@@ -76,3 +78,26 @@ def test_the_nearest_cell_is_the_one_over_the_point_if_it_may_be_driven() -> Non
     x, y = np.meshgrid(geometry.x_centres, geometry.y_centres)
     away = np.where(land.passable, np.hypot(x - 0.16, y - 0.06), inf)
     assert away[cell] == away.min()
+
+
+points = st.tuples(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0))
+
+
+@settings(deadline=None)
+@given(st.lists(points, max_size=12), points, points)
+def test_a_straight_way_is_open_and_costs_as_its_points_do_one_by_one(
+    obstacles: list[Point], here: Point, there: Point
+) -> None:
+    inside = [(max(min(x, 2.9), -2.9), max(min(y, 2.9), -2.9)) for x, y in obstacles]
+    land = ground(inside, (here, there))
+    length = hypot(there[0] - here[0], there[1] - here[1])
+    count = ceil(2.0 * length / 0.1) + 1
+    cells = []
+    for share in np.linspace(0.0, 1.0, count + 1).tolist():
+        x, y = (start + share * (end - start) for start, end in zip(here, there, strict=True))
+        row, col = land.geometry.cell(x, y)
+        cells.append((min(max(row, 0), land.geometry.rows - 1), min(max(col, 0), land.geometry.cols - 1)))
+    shut = "".join("#" if land.blocked[cell] else "." for cell in cells).strip("#")
+    assert land.is_open(here, there) == ("#" not in shut and all(land.passable[cell] for cell in cells))
+    if land.is_open(here, there):
+        assert land.price(here, there) == approx(length * np.mean([land.weights[cell] for cell in cells]))
