@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from echogrid.mapping.dempster_shafer import DempsterShaferGrid
 from echogrid.mapping.grid import GridGeometry
+from echogrid.mapping.long_term_map import MapImage
 from echogrid.mapping.metrics import Mask, quality
 from echogrid.mapping.probability_scores import FLAT
 from echogrid.mapping.theory import Theory
 from echogrid.runtime.compared_theories import OCCUPIED, contenders
+from echogrid.runtime.comparison_steering import TRUTH, Steered, steered
 from echogrid.runtime.echo_tape import echo_ends, play
 from echogrid.runtime.errors import UsageError
 from echogrid.runtime.map_suite import Contender, Trial, Verdict, judge, spoken_of
@@ -81,6 +83,8 @@ class Comparison:
     findings: tuple[Finding, ...]
     path: tuple[tuple[float, float], ...]
     """m, where the robot was."""
+    steered: Steered
+    """What steering would decide on each of the maps."""
 
 
 def compare(recording: Recording, truth: Truth | None, names: tuple[str, ...], say: Say) -> Comparison:
@@ -94,9 +98,14 @@ def compare(recording: Recording, truth: Truth | None, names: tuple[str, ...], s
     heard = spoken_of(geometry, soundings)
     if not heard.any():
         raise UsageError(["no echo at any pose: there is nothing to compare"])
-    walls, judged = _truth_on(truth, geometry, heard)
+    walls, told = _truth_on(truth, geometry, heard)
+    judged = heard & told
     trial = Trial("the log", geometry, pings, walls, judged)
     rivals = contenders(names, recording.config.map.no_echo, max(ping.speed for ping in pings) or 1.0)
+    findings = tuple(_find(rival, trial, truth is not None, say) for rival in rivals)
+    maps = {TRUTH: MapImage(geometry, walls.astype(np.float32), ~told)} if truth else {}
+    for found in findings:
+        maps[found.name] = MapImage(geometry, found.occupancy.astype(np.float32), found.unknown)
     return Comparison(
         geometry,
         len(pings),
@@ -104,8 +113,9 @@ def compare(recording: Recording, truth: Truth | None, names: tuple[str, ...], s
         echo_ends(geometry, soundings),
         walls if truth else None,
         judged,
-        tuple(_find(rival, trial, truth is not None, say) for rival in rivals),
+        findings,
         tuple((pose.x, pose.y) for _, pose in recording.poses),
+        steered(recording.config, recording.poses, maps),
     )
 
 
@@ -128,15 +138,15 @@ def apart(comparison: Comparison, one: str, other: str) -> float | None:
 
 
 def _truth_on(truth: Truth | None, geometry: GridGeometry, heard: Mask) -> tuple[Mask, Mask]:
-    """Walls, and the cells to judge."""
+    """Walls, and the cells of which the truth is known, or none is needed."""
     if truth is None:
-        return np.zeros(geometry.shape, np.bool_), heard
+        return np.zeros(geometry.shape, np.bool_), np.ones(geometry.shape, np.bool_)
     walls, free = truth.on(geometry)
     for name, cells in (("wall", walls), ("free cell", free)):
         if not (heard & cells).any():
             told = f"the truth has no {name} where the log heard anything"
             raise UsageError([f"{told}: is it of another place, or in another frame?"])
-    return walls, heard & (walls | free)
+    return walls, walls | free
 
 
 def _find(contender: Contender, trial: Trial, true: bool, say: Say) -> Finding:

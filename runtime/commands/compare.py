@@ -81,12 +81,15 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _file(arguments: argparse.Namespace, found: "Comparison", told: "tuple[Table, ...]") -> bytes:
-    from echogrid.runtime import comparison_pictures, comparison_report, png
+    from echogrid.runtime import comparison_report, png
+    from echogrid.runtime.comparison_pictures import maps
+    from echogrid.runtime.comparison_scenes import scenes
+    from echogrid.runtime.picture_sheet import sheets
 
-    pictures = list(comparison_pictures.pictures(found))
+    galleries = [maps(found), *scenes(found.steered)]
     if arguments.out.suffix == ".png":
-        return png.encode(comparison_pictures.sheet(pictures))
-    return comparison_report.report(_heading(arguments, found), pictures, told).encode()
+        return png.encode(sheets(galleries))
+    return comparison_report.report(_heading(arguments, found), galleries, told).encode()
 
 
 def _material(arguments: argparse.Namespace) -> tuple["Recording", "Truth | None"]:
