@@ -52,7 +52,7 @@ td.best { background: var(--mark); font-weight: 600; }
   table { font-size: 7pt; break-inside: avoid; }
   table.long { break-inside: auto; }
   tr { break-inside: avoid; }
-  .wide + .note { break-before: avoid; }
+  .note { break-before: avoid; }
   th, td { padding: .15rem .3rem; }
   thead th { min-width: 0; }
 }
