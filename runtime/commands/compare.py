@@ -5,6 +5,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from echogrid.runtime.commands.arguments import add_log, recorded
+
 if TYPE_CHECKING:
     from echogrid.runtime.commands.arguments import Commands
     from echogrid.runtime.comparison import Comparison, Truth
@@ -20,8 +22,7 @@ def add(commands: "Commands") -> None:
     parser = commands.add_parser(
         "compare", help="set the maps of all theories side by side", description=__doc__
     )
-    parser.add_argument("log", type=Path, metavar="LOG", help="the folder of the recording")
-    parser.add_argument("--format", choices=("simple", "robond"), default="simple")
+    add_log(parser)
     parser.add_argument(
         "--truth",
         metavar="MAP",
@@ -93,10 +94,9 @@ def _file(arguments: argparse.Namespace, found: "Comparison", told: "tuple[Table
 
 
 def _material(arguments: argparse.Namespace) -> tuple["Recording", "Truth | None"]:
-    from echogrid.runtime import office_truth, recording, robond, truth_map
+    from echogrid.runtime import office_truth, truth_map
 
-    read = robond.read if arguments.format == "robond" else recording.read_simple
-    log = read(arguments.log)
+    log = recorded(arguments)
     if arguments.truth == EMULATED:
         return office_truth.in_office(log)
     return log, truth_map.read(Path(arguments.truth)) if arguments.truth else None
