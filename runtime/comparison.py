@@ -20,7 +20,7 @@ from echogrid.runtime.echo_tape import echo_ends, play
 from echogrid.runtime.errors import UsageError
 from echogrid.runtime.map_suite import Contender, Trial, Verdict, judge, spoken_of
 from echogrid.runtime.recording import Recording
-from echogrid.runtime.sensitivity import FACTORS, turned
+from echogrid.runtime.sensitivity import FACTORS, Sway, turned
 from echogrid.runtime.stationary import CELLS, Moved, moved
 
 Floats = NDArray[np.float64]
@@ -40,15 +40,6 @@ class Truth(Protocol):
     def on(self, lattice: GridGeometry) -> tuple[Mask, Mask]:
         """(rows, cols) walls, and free cells."""
         ...
-
-
-@dataclass(frozen=True, slots=True)
-class Sway:
-    """What becomes of a map if one number is a quarter lower and higher."""
-
-    parameter: str
-    changes: tuple[float, ...]
-    """Of F1; without a truth how far P(Occupied) of a cell is moved, on the mean."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,13 +170,17 @@ def _sways(contender: Contender, trial: Trial, usual: Theory, true: bool) -> lis
     measure = _f1_change if true else _moved_by
     widest = max(ping.sounding.ranger.half_angle for ping in trial.pings)
     sways = [
-        Sway(parameter, tuple(measure(trial, usual, _heard(variant, trial)) for variant in pair))
+        Sway(
+            contender.name,
+            parameter,
+            tuple(measure(trial, usual, _heard(variant, trial)) for variant in pair),
+        )
         for parameter, pair in turned(contender).items()
         if parameter != "beta" or widest < _WIDEST
     ]
     if true:
         f1s = [_f1(trial, usual, factor * OCCUPIED) for factor in FACTORS]
-        sways.append(Sway("threshold", tuple(f1 - _f1(trial, usual) for f1 in f1s)))
+        sways.append(Sway(contender.name, "threshold", tuple(f1 - _f1(trial, usual) for f1 in f1s)))
     return sways
 
 

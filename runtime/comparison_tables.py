@@ -133,10 +133,10 @@ def sensitivity(comparison: Comparison) -> Table:
     form = "+.3f" if true else ".3f"
     rows = tuple(
         (
-            finding.name,
+            sway.theory,
             sway.parameter,
             *(f"{change:{form}}" for change in sway.changes),
-            f"{max(map(abs, sway.changes)):.3f}",
+            f"{sway.largest:.3f}",
         )
         for finding in comparison.findings
         for sway in finding.sways
