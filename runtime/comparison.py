@@ -8,12 +8,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from echogrid.mapping.dempster_shafer import DempsterShaferGrid
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.long_term_map import MapImage
 from echogrid.mapping.metrics import Mask, quality
 from echogrid.mapping.probability_scores import FLAT
-from echogrid.mapping.theory import Theory
+from echogrid.mapping.theory import Theory, layers
 from echogrid.runtime.compared_theories import OCCUPIED, contenders
 from echogrid.runtime.comparison_steering import TRUTH, Steered, steered
 from echogrid.runtime.echo_tape import echo_ends, play
@@ -143,13 +142,13 @@ def _truth_on(truth: Truth | None, geometry: GridGeometry, heard: Mask) -> tuple
 def _find(contender: Contender, trial: Trial, true: bool, say: Say) -> Finding:
     say(contender.name)
     theory = _heard(contender, trial)
-    conflict = theory.conflict.astype(np.float64) if isinstance(theory, DempsterShaferGrid) else None
+    conflict = layers(theory).get("conflict")
     return Finding(
         contender.name,
         theory.occupancy().astype(np.float64),
         theory.unknown(),
         judge(contender, trial),
-        conflict,
+        None if conflict is None else conflict.astype(np.float64),
         tuple(moved(contender, trial.world, cell) for cell in CELLS.values()),
         tuple(_sways(contender, trial, theory, true)),
     )
