@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from math import floor, pi
+from math import ceil, floor, pi
 
 import numpy as np
 
@@ -34,6 +34,10 @@ EVERY_M = 0.5
 SHOWN = 2
 """Places of which there are pictures."""
 _APART_M = 3.0
+_NEAREST_M = 0.3
+"""A goal nearer than that has been reached."""
+_HORIZON_M = 1.65
+"""As far as who drives looks."""
 _COARSEST_M = 0.3
 """In larger cells there is nothing to steer by."""
 _NOW_NS = 1_000_000_000_000
@@ -96,17 +100,12 @@ class Helm:
     """VFH+ and the virtual sensor of a robot, which take a map for its local grid."""
 
     def __init__(self, config: Config, resolution: float) -> None:
-        self._cells = round(config.local.size_m / resolution)
+        self._cells = max(round(config.local.size_m / resolution), 2 * ceil(_HORIZON_M / resolution) + 1)
         self._resolution = resolution
-        self._window = Window(resolution, self._cells, making.body(config))
+        self._window = Window(resolution, self._cells, making.body(config), _HORIZON_M)
         self._obstacles = Obstacles(self._window, Belief(unknown=Unknown.SLOW))
         self._sensor = VirtualSensor(assembly.sight(config), resolution, self._cells)
         self._limits = making.limits(config)
-
-    def view(self, image: MapImage, pose: Pose) -> View:
-        """What the map says of the surroundings of a pose."""
-        local, robot = self._around(image, pose)
-        return self._obstacles.view(local, robot, _NOW_NS)
 
     def choice(self, image: MapImage, place: Place) -> Choice:
         """What is decided there; by who remembers nothing."""
@@ -137,37 +136,37 @@ def steered(config: Config, poses: Sequence[tuple[int, Pose]], maps: Mapping[str
     if resolution > _COARSEST_M:
         return Steered(dict.fromkeys(maps, ()), (), ())
     helm, way = Helm(config, resolution), places(poses)
-    choices = {name: [helm.choice(image, place) for place in way] for name, image in maps.items()}
-    true = [helm.view(maps[TRUTH], place.pose) for place in way] if TRUTH in maps else [None] * len(way)
-    outcomes = {
-        name: tuple(_outcome(choice, view) for choice, view in zip(chosen, true, strict=True))
-        for name, chosen in choices.items()
-    }
-    theories = [outcome for name, outcome in outcomes.items() if name != TRUTH]
-    shown = _most_at_odds(way, [_odds(each) for each in zip(*theories, strict=True)])
-    scenes = (
-        Scene(
-            way[index],
-            {name: chosen[index] for name, chosen in choices.items()},
-            {name: each[index] for name, each in outcomes.items()},
-        )
-        for index in shown
+    found = [_scene(helm, maps, place).outcomes for place in way]
+    odds = [_odds([outcome for name, outcome in here.items() if name != TRUTH]) for here in found]
+    return Steered(
+        {name: tuple(here[name] for here in found) for name in maps},
+        tuple(way),
+        # Decided anew: to keep what all the others were decided from would take too much.
+        tuple(_scene(helm, maps, way[index]) for index in _most_at_odds(way, odds)),
     )
-    return Steered(outcomes, tuple(way), tuple(scenes))
 
 
 def places(poses: Sequence[tuple[int, Pose]]) -> list[Place]:
-    """Places along the way, each with a goal further on."""
+    """Places along the way, each with a goal further on. There are none where the robot jumps, or comes back
+    at once."""
     stamps = np.array([stamp_ns for stamp_ns, _ in poses], np.int64)
     track = np.array([[pose.x, pose.y] for _, pose in poses])
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(track, axis=0).T))])
-    at = np.searchsorted(way, np.arange(0.0, way[-1] - AHEAD_M, EVERY_M))
+    strides = np.hypot(*np.diff(track, axis=0).T)
+    way = np.concatenate([[0.0], np.cumsum(np.where(strides < AHEAD_M, strides, 0.0))])
+    at = np.unique(np.searchsorted(way, np.arange(0.0, way[-1] - AHEAD_M, EVERY_M)))
     goals = np.minimum(np.searchsorted(way, way[at] + AHEAD_M), len(way) - 1)
     speeds = speed_at(list(poses), stamps[at])
-    return [
+    found = (
         Place(poses[here][1], float(speed), towards(poses[here][1], *track[goal]))
         for here, goal, speed in zip(at, goals, speeds, strict=True)
-    ]
+    )
+    return [place for place in found if _NEAREST_M < place.goal.distance < 2.0 * AHEAD_M]
+
+
+def _scene(helm: Helm, maps: Mapping[str, MapImage], place: Place) -> Scene:
+    choices = {name: helm.choice(image, place) for name, image in maps.items()}
+    true = choices[TRUTH].view if TRUTH in maps else None
+    return Scene(place, choices, {name: _outcome(choice, true) for name, choice in choices.items()})
 
 
 def _outcome(choice: Choice, true: View | None) -> Outcome:

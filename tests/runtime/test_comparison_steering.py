@@ -64,6 +64,23 @@ def test_a_way_too_short_for_a_goal_has_no_places(length: float) -> None:
     assert places(drive(length)) == []
 
 
+def test_where_the_robot_jumps_or_turns_back_there_is_no_place() -> None:
+    there = drive(4.0)
+    end_ns, end = there[-1]
+    back = [(end_ns + stamp_ns + 1, replace(end, x=end.x - pose.x)) for stamp_ns, pose in drive(4.0)]
+    away = [(end_ns + stamp_ns + 1, replace(pose, x=pose.x + 1e9)) for stamp_ns, pose in drive(4.0)]
+    turned, jumped = (places(there + more) for more in (back, away))
+    assert all(0.3 < place.goal.distance < 3.0 for place in turned + jumped)
+    assert {place.goal.bearing for place in turned} == {0.0, pi}
+    assert max(place.pose.x for place in jumped) > 1e9
+    assert len(jumped) < 20
+
+
+def test_a_small_local_grid_is_large_enough_to_steer_by() -> None:
+    small = replace(Config(), local=replace(Config().local, size_m=0.6))
+    assert Helm(small, SIZE).choice(OPEN, HERE).decision.why is Why.TARGET
+
+
 def test_on_a_free_floor_it_goes_straight_to_the_goal_and_all_sectors_are_clear() -> None:
     choice = decided(OPEN)
     assert choice.decision.why is Why.TARGET
