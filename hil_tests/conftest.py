@@ -1,13 +1,17 @@
 """Where the tests run: in the guest (--guest), on real ports (--bench), or on any host."""
 
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 
 from pytest import Config, FixtureRequest, Item, Parser, TerminalReporter, fixture, mark
 
+from echogrid.drivers.transports.can_link import read_link
 from hil_tests import kernel
 from hil_tests.bench import Bench
+from hil_tests.can_watch import BITRATE, CONTROLLED, VIRTUAL, Watch
 from hil_tests.kernel_devices import KernelDevices
+from hil_tests.slcan_adapter import SlcanAdapter
 
 KERNEL_FIXTURE = "guest"
 _measured: list[str] = []
@@ -56,6 +60,29 @@ def devices(guest: None) -> Iterator[KernelDevices]:
     """Emulated devices which the kernel sees."""
     with KernelDevices() as devices:
         yield devices
+
+
+@fixture
+def virtual() -> Iterator[str]:
+    """A CAN interface without a controller."""
+    kernel.add_vcan(VIRTUAL)
+    yield VIRTUAL
+    if read_link(VIRTUAL):
+        kernel.command("ip", "link", "delete", VIRTUAL)
+
+
+@fixture
+def adapter() -> Iterator[SlcanAdapter]:
+    """A CAN interface with one."""
+    with SlcanAdapter(CONTROLLED, BITRATE) as adapter:
+        yield adapter
+
+
+@fixture
+def watched(adapter: SlcanAdapter) -> Iterator[Watch]:
+    """The one with a controller, watched."""
+    with closing(Watch(CONTROLLED)) as watch:
+        yield watch
 
 
 @fixture(scope="session")

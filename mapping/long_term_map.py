@@ -10,7 +10,7 @@ from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sounding import Sounding
-from echogrid.mapping.theory import Layered, Theory
+from echogrid.mapping.theory import Theory, layers
 
 
 @dataclass(slots=True)
@@ -53,5 +53,4 @@ class LongTermMap:
     def render(self) -> MapImage:
         """The published map."""
         grid = self._submap.grid
-        layers = grid.layers() if isinstance(grid, Layered) else {}
-        return MapImage(grid.geometry, grid.occupancy(), grid.unknown(), layers)
+        return MapImage(grid.geometry, grid.occupancy(), grid.unknown(), layers(grid))

@@ -39,3 +39,8 @@ class Layered(Protocol):
     def layers(self) -> Mapping[str, NDArray[np.float32]]:
         """(rows, cols) each, row 0 = south, by name."""
         ...
+
+
+def layers(theory: Theory) -> Mapping[str, NDArray[np.float32]]:
+    """What else a theory has to tell: (rows, cols) each, row 0 = south, by name; empty if it has no more."""
+    return theory.layers() if isinstance(theory, Layered) else {}

@@ -86,20 +86,13 @@ def lookout(config: Config) -> Lookout:
     local = LocalGrid(
         config.local.resolution_m, cells, config.map.tolerance_m, config.local.fade_s, config.map.no_echo
     )
-    sight = Sight(
-        sectors=config.obstacle.sectors,
-        horizon=config.obstacle.horizon_m,
-        stale_ns=round(config.obstacle.stale_s * SECOND_NS),
-        stop_distance=config.obstacle.stop_distance_m,
-        unknown=config.avoid.unknown,
-    )
-    outline = footprint(config)
+    seen, outline = sight(config), footprint(config)
     zone = StopZone(
-        sight.stop_distance, sight.ahead, sight.stale_ns, outline if config.robot.footprint else None
+        seen.stop_distance, seen.ahead, seen.stale_ns, outline if config.robot.footprint else None
     )
     stop = StopLayer((sensor.ranger() for sensor in config.sensor), zone)
     readers = Readers(
-        VirtualSensor(sight, config.local.resolution_m, cells),
+        VirtualSensor(seen, config.local.resolution_m, cells),
         PathSensor(outline, path_sight(config), config.local.resolution_m, cells),
         config.avoid.unknown,
         config.avoid.slow_mps,
@@ -107,6 +100,17 @@ def lookout(config: Config) -> Lookout:
     )
     _require_room(config, outline)
     return Lookout(local, readers, stop, verifier(config))
+
+
+def sight(config: Config) -> Sight:
+    """How the virtual sensor looks around."""
+    return Sight(
+        sectors=config.obstacle.sectors,
+        horizon=config.obstacle.horizon_m,
+        stale_ns=round(config.obstacle.stale_s * SECOND_NS),
+        stop_distance=config.obstacle.stop_distance_m,
+        unknown=config.avoid.unknown,
+    )
 
 
 def path_sight(config: Config) -> PathSight:

@@ -8,17 +8,18 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from echogrid.mapping.dempster_shafer import DempsterShaferGrid
 from echogrid.mapping.grid import GridGeometry
+from echogrid.mapping.long_term_map import MapImage
 from echogrid.mapping.metrics import Mask, quality
 from echogrid.mapping.probability_scores import FLAT
-from echogrid.mapping.theory import Theory
+from echogrid.mapping.theory import Theory, layers
 from echogrid.runtime.compared_theories import OCCUPIED, contenders
+from echogrid.runtime.comparison_steering import TRUTH, Steered, steered
 from echogrid.runtime.echo_tape import echo_ends, play
 from echogrid.runtime.errors import UsageError
 from echogrid.runtime.map_suite import Contender, Trial, Verdict, judge, spoken_of
 from echogrid.runtime.recording import Recording
-from echogrid.runtime.sensitivity import FACTORS, turned
+from echogrid.runtime.sensitivity import FACTORS, Sway, turned
 from echogrid.runtime.stationary import CELLS, Moved, moved
 
 Floats = NDArray[np.float64]
@@ -38,15 +39,6 @@ class Truth(Protocol):
     def on(self, lattice: GridGeometry) -> tuple[Mask, Mask]:
         """(rows, cols) walls, and free cells."""
         ...
-
-
-@dataclass(frozen=True, slots=True)
-class Sway:
-    """What becomes of a map if one number is a quarter lower and higher."""
-
-    parameter: str
-    changes: tuple[float, ...]
-    """Of F1; without a truth how far P(Occupied) of a cell is moved, on the mean."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +73,8 @@ class Comparison:
     findings: tuple[Finding, ...]
     path: tuple[tuple[float, float], ...]
     """m, where the robot was."""
+    steered: Steered
+    """What steering would decide on each of the maps."""
 
 
 def compare(recording: Recording, truth: Truth | None, names: tuple[str, ...], say: Say) -> Comparison:
@@ -94,9 +88,14 @@ def compare(recording: Recording, truth: Truth | None, names: tuple[str, ...], s
     heard = spoken_of(geometry, soundings)
     if not heard.any():
         raise UsageError(["no echo at any pose: there is nothing to compare"])
-    walls, judged = _truth_on(truth, geometry, heard)
+    walls, told = _truth_on(truth, geometry, heard)
+    judged = heard & told
     trial = Trial("the log", geometry, pings, walls, judged)
     rivals = contenders(names, recording.config.map.no_echo, max(ping.speed for ping in pings) or 1.0)
+    findings = tuple(_find(rival, trial, truth is not None, say) for rival in rivals)
+    maps = {TRUTH: MapImage(geometry, walls.astype(np.float32), ~told)} if truth else {}
+    for found in findings:
+        maps[found.name] = MapImage(geometry, found.occupancy.astype(np.float32), found.unknown)
     return Comparison(
         geometry,
         len(pings),
@@ -104,8 +103,9 @@ def compare(recording: Recording, truth: Truth | None, names: tuple[str, ...], s
         echo_ends(geometry, soundings),
         walls if truth else None,
         judged,
-        tuple(_find(rival, trial, truth is not None, say) for rival in rivals),
+        findings,
         tuple((pose.x, pose.y) for _, pose in recording.poses),
+        steered(recording.config, recording.poses, maps),
     )
 
 
@@ -128,27 +128,27 @@ def apart(comparison: Comparison, one: str, other: str) -> float | None:
 
 
 def _truth_on(truth: Truth | None, geometry: GridGeometry, heard: Mask) -> tuple[Mask, Mask]:
-    """Walls, and the cells to judge."""
+    """Walls, and the cells of which the truth is known, or none is needed."""
     if truth is None:
-        return np.zeros(geometry.shape, np.bool_), heard
+        return np.zeros(geometry.shape, np.bool_), np.ones(geometry.shape, np.bool_)
     walls, free = truth.on(geometry)
     for name, cells in (("wall", walls), ("free cell", free)):
         if not (heard & cells).any():
             told = f"the truth has no {name} where the log heard anything"
             raise UsageError([f"{told}: is it of another place, or in another frame?"])
-    return walls, heard & (walls | free)
+    return walls, walls | free
 
 
 def _find(contender: Contender, trial: Trial, true: bool, say: Say) -> Finding:
     say(contender.name)
     theory = _heard(contender, trial)
-    conflict = theory.conflict.astype(np.float64) if isinstance(theory, DempsterShaferGrid) else None
+    conflict = layers(theory).get("conflict")
     return Finding(
         contender.name,
         theory.occupancy().astype(np.float64),
         theory.unknown(),
         judge(contender, trial),
-        conflict,
+        None if conflict is None else conflict.astype(np.float64),
         tuple(moved(contender, trial.world, cell) for cell in CELLS.values()),
         tuple(_sways(contender, trial, theory, true)),
     )
@@ -169,13 +169,17 @@ def _sways(contender: Contender, trial: Trial, usual: Theory, true: bool) -> lis
     measure = _f1_change if true else _moved_by
     widest = max(ping.sounding.ranger.half_angle for ping in trial.pings)
     sways = [
-        Sway(parameter, tuple(measure(trial, usual, _heard(variant, trial)) for variant in pair))
+        Sway(
+            contender.name,
+            parameter,
+            tuple(measure(trial, usual, _heard(variant, trial)) for variant in pair),
+        )
         for parameter, pair in turned(contender).items()
         if parameter != "beta" or widest < _WIDEST
     ]
     if true:
         f1s = [_f1(trial, usual, factor * OCCUPIED) for factor in FACTORS]
-        sways.append(Sway("threshold", tuple(f1 - _f1(trial, usual) for f1 in f1s)))
+        sways.append(Sway(contender.name, "threshold", tuple(f1 - _f1(trial, usual) for f1 in f1s)))
     return sways
 
 

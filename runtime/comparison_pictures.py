@@ -1,7 +1,6 @@
 """The maps of a comparison as pictures of one size, north up, all of the same part of the floor."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -13,8 +12,7 @@ from echogrid.mapping.metrics import Mask
 from echogrid.runtime.compared_theories import WHAT_IT_IS
 from echogrid.runtime.comparison import Comparison, Floats
 from echogrid.runtime.map_picture import PATH, UNKNOWN, shades
-
-Pixels = NDArray[np.uint8]
+from echogrid.runtime.picture_sheet import Gallery, Picture, Pixels
 
 ECHO = (20, 20, 20)
 _HEAT = np.array([(255, 255, 255), (253, 187, 99), (214, 69, 36), (96, 10, 20)], np.float64)
@@ -22,25 +20,24 @@ _HEAT = np.array([(255, 255, 255), (253, 187, 99), (214, 69, 36), (96, 10, 20)],
 _SHOWN = 99.0
 """Per cent of the cells with a conflict; the others are as dark as can be."""
 _MARGIN = 3
-_ABREAST = 4
-_SHEET = 1600
-"""Pixels: the width of a sheet, about."""
-_GAP = 8
 _STRIDE = 1.0
 """m: between poses that are further apart the way is not drawn."""
 
 
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A picture and what it shows."""
-
-    name: str
-    caption: str
-    pixels: Pixels
-    """(rows, cols, 3) RGB, a cell each, row 0 = north."""
+_KEY = (
+    ((255, 255, 255), "free"),
+    ((0, 0, 0), "occupied"),
+    ((128, 128, 128), "undecided"),
+    (UNKNOWN, "unknown"),
+)
 
 
-def pictures(comparison: Comparison) -> Iterator[Picture]:
+def maps(comparison: Comparison) -> Gallery:
+    """The maps side by side."""
+    return Gallery("side by side", ("North is up.",), _KEY, tuple(_pictures(comparison)))
+
+
+def _pictures(comparison: Comparison) -> Iterator[Picture]:
     """The truth, if it is known, the echoes, each theory's map, and where Dempster-Shafer finds conflict."""
     box = _box(comparison)
     if comparison.walls is not None:
@@ -57,24 +54,6 @@ def pictures(comparison: Comparison) -> Iterator[Picture]:
             most = _most(found.conflict)
             told = f"the weight of conflict (11.10) in each cell, white 0, darkest {most:.3g} nats and more"
             yield _picture("conflict", told, heat(found.conflict, most, found.unknown), box)
-
-
-def enlarged(pixels: Pixels, scale: int) -> Pixels:
-    """The same with so many pixels for each, down and across."""
-    return np.repeat(np.repeat(pixels, scale, axis=0), scale, axis=1)
-
-
-def sheet(shown: Sequence[Picture]) -> Pixels:
-    """(rows, cols, 3) all pictures in one, four abreast, in their order, on white."""
-    rows, cols, _ = shown[0].pixels.shape
-    scale = max(1, _SHEET // (_ABREAST * cols))
-    high, wide = rows * scale + _GAP, cols * scale + _GAP
-    down = -(-len(shown) // _ABREAST)
-    result = np.full((down * high - _GAP, _ABREAST * wide - _GAP, 3), 255, np.uint8)
-    for index, picture in enumerate(shown):
-        top, left = index // _ABREAST * high, index % _ABREAST * wide
-        result[top : top + rows * scale, left : left + cols * scale] = enlarged(picture.pixels, scale)
-    return result
 
 
 def heat(conflict: Floats, most: float, unknown: Mask) -> Pixels:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from html import escape
 
 from echogrid.runtime import png
-from echogrid.runtime.comparison_pictures import Picture, enlarged
 from echogrid.runtime.comparison_tables import Table
+from echogrid.runtime.picture_sheet import Colour, Gallery, Picture, enlarged
 
 _STYLE = """\
 :root { color-scheme: light dark;
@@ -23,7 +23,8 @@ h2 { font-size: 1.15rem; margin: 2rem 0 .5rem; break-after: avoid; }
 p { margin: .4rem 0; max-width: 60rem; }
 p.note, figcaption { color: var(--faint); font-size: .875rem; }
 figcaption b { color: var(--ink); }
-.maps { display: grid; gap: 1rem; grid-template-columns: repeat(auto-fill, minmax(min(100%, 19rem), 1fr)); }
+.maps { display: grid; gap: 1rem;
+  grid-template-columns: repeat(auto-fill, minmax(min(100%, 76rem / var(--abreast)), 1fr)); }
 figure { margin: 0; break-inside: avoid; }
 img { display: block; width: 100%; height: auto; border: 1px solid var(--line); image-rendering: pixelated; }
 .key span { white-space: nowrap; margin-right: .8em; }
@@ -43,17 +44,23 @@ td.best { background: var(--mark); font-weight: 600; }
   @page { size: A4 landscape; margin: 1.2cm; }
   :root { color-scheme: light; --ink: #000; --paper: #fff; --faint: #444; --line: #bbb; --mark: #e3f1e4; }
   body { max-width: none; padding: 0; font-size: 9pt; }
-  .maps { grid-template-columns: repeat(4, 1fr); gap: .4rem; }
+  section + section { break-inside: avoid; }
+  h2 { margin-top: 1rem; }
+  .maps { grid-template-columns: repeat(5, 1fr); gap: .4rem; max-width: 20cm; }
   .wide { overflow: visible; }
   p.note, figcaption { font-size: 7.5pt; line-height: 1.25; }
   table { font-size: 7pt; break-inside: avoid; }
+  table.long { break-inside: auto; }
+  tr { break-inside: avoid; }
+  .note { break-before: avoid; }
   th, td { padding: .15rem .3rem; }
   thead th { min-width: 0; }
 }
 """
+_LONG = 20
+"""Rows: a longer table may begin on one page of paper and end on the next."""
 _WIDTH = 480
 """Pixels, at least, of each picture."""
-_KEY = ("#fff", "free"), ("#000", "occupied"), ("#808080", "undecided"), ("#b0b8c0", "unknown")
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,31 +71,43 @@ class Heading:
     facts: tuple[str, ...]
 
 
-def report(heading: Heading, pictures: Iterable[Picture], tables: Sequence[Table]) -> str:
+def report(heading: Heading, galleries: Iterable[Gallery], tables: Sequence[Table]) -> str:
     """The whole file."""
-    return "\n".join(_parts(heading, pictures, tables)) + "\n"
+    return "\n".join(_parts(heading, galleries, tables)) + "\n"
 
 
-def _parts(heading: Heading, pictures: Iterable[Picture], tables: Sequence[Table]) -> Iterator[str]:
+def _parts(heading: Heading, galleries: Iterable[Gallery], tables: Sequence[Table]) -> Iterator[str]:
     title = escape(heading.title)
     yield '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">'
     yield '<meta name="viewport" content="width=device-width, initial-scale=1">'
     yield f"<title>{title}</title>\n<style>\n{_STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>"
     for fact in heading.facts:
         yield f"<p>{escape(fact)}</p>"
-    yield "<h2>Side by side</h2>"
-    yield f'<p class="note key">{"".join(_swatch(*each) for each in _KEY)} North is up.</p>'
-    yield '<div class="maps">'
-    for picture in pictures:
-        yield _figure(picture)
-    yield "</div>"
+    for gallery in galleries:
+        yield from _gallery(gallery)
     for table in tables:
         yield from _table(table)
     yield "</body>\n</html>"
 
 
-def _swatch(colour: str, name: str) -> str:
-    return f'<span><i style="background:{colour}"></i> {name}</span>'
+def _gallery(gallery: Gallery) -> Iterator[str]:
+    yield f"<section>\n<h2>{escape(_sentence(gallery.title))}</h2>"
+    for fact in gallery.facts:
+        yield f'<p class="note">{escape(fact)}</p>'
+    yield f'<p class="note key">{"".join(_swatch(*each) for each in gallery.key)}</p>'
+    yield f'<div class="maps" style="--abreast: {gallery.abreast}">'
+    for picture in gallery.pictures:
+        yield _figure(picture)
+    yield "</div>\n</section>"
+
+
+def _sentence(words: str) -> str:
+    return words[:1].upper() + words[1:]
+
+
+def _swatch(colour: Colour, name: str) -> str:
+    shade = "#" + "".join(f"{part:02x}" for part in colour)
+    return f'<span><i style="background:{shade}"></i> {escape(name)}</span>'
 
 
 def _figure(picture: Picture) -> str:
@@ -103,7 +122,8 @@ def _figure(picture: Picture) -> str:
 
 
 def _table(table: Table) -> Iterator[str]:
-    yield f'<h2>{escape(table.title)}</h2>\n<div class="wide">\n<table>\n<thead>\n<tr>'
+    kind = ' class="long"' if len(table.rows) > _LONG else ""
+    yield f'<h2>{escape(table.title)}</h2>\n<div class="wide">\n<table{kind}>\n<thead>\n<tr>'
     yield "".join(f'<th scope="col">{escape(title)}</th>' for title in table.header)
     yield "</tr>\n</thead>\n<tbody>"
     for row, (name, *cells) in enumerate(table.rows):

@@ -1,12 +1,14 @@
 """What `echogrid compare` found, as tables of text."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from math import isnan
+from math import degrees, isnan
 from operator import attrgetter
 
+from echogrid.mapping.pose import wrap_angle
 from echogrid.runtime.compared_theories import MATCHED
 from echogrid.runtime.comparison import Comparison, Finding, agreement, apart
+from echogrid.runtime.comparison_steering import AHEAD_M, EVERY_M, TRUTH, Outcome, Steered
 from echogrid.runtime.map_table import Column
 from echogrid.runtime.sensitivity import FACTORS
 from echogrid.runtime.stationary import ALIKE, CELLS
@@ -29,6 +31,8 @@ CELLS_A_PING = Column("cells a ping", "cells_per_ping", ".0f", high_is_good=Fals
 TIME = Column("us a ping", "microseconds_per_ping", ".0f", high_is_good=False)
 CONFLICT = "conflict a ping, nats"
 NONE = "-"
+UNSEEN_M = 0.3
+"""A wall that is so much nearer than the map says was not seen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +49,13 @@ class Table:
 
 def tables(comparison: Comparison, timing: bool) -> tuple[Table, ...]:
     """All of them. `timing`: with the microseconds, which no two runs have alike."""
-    return figures(comparison, timing), alike(comparison), stationary(comparison), sensitivity(comparison)
+    return (
+        figures(comparison, timing),
+        alike(comparison),
+        *([steering(comparison.steered)] if comparison.steered.places else []),
+        stationary(comparison),
+        sensitivity(comparison),
+    )
 
 
 def figures(comparison: Comparison, timing: bool) -> Table:
@@ -82,6 +92,25 @@ def alike(comparison: Comparison) -> Table:
     return Table("How alike they are", ("Pearson r", *names), rows, tuple(notes))
 
 
+def steering(steered: Steered) -> Table:
+    """What a planner would run into: a row for each map, the true one first."""
+    true = steered.outcomes.get(TRUTH)
+    header = ["map", "no way", "off the goal, deg", "free by the map, m"]
+    if true:
+        header += ["off the true choice, deg", "free in truth, m", "least", "walls not seen"]
+    rows = []
+    for name, outcomes in steered.outcomes.items():
+        row = [name, _part(each.heading is None for each in outcomes)]
+        row += [_mean_deg(outcomes, [place.goal.bearing for place in steered.places])]
+        row += [_mean([each.promised for each in outcomes])]
+        if true:
+            free = [each.free for each in outcomes if each.free is not None]
+            row += [_mean_deg(outcomes, [each.heading for each in true]), _mean(free)]
+            row += [f"{min(free):.2f}" if free else NONE, _part(map(_unseen, outcomes))]
+        rows.append(tuple(row))
+    return Table("What steering would decide", tuple(header), tuple(rows), tuple(_steered_by(steered)))
+
+
 def stationary(comparison: Comparison) -> Table:
     """What a robot makes itself believe by standing still."""
     rows = []
@@ -104,10 +133,10 @@ def sensitivity(comparison: Comparison) -> Table:
     form = "+.3f" if true else ".3f"
     rows = tuple(
         (
-            finding.name,
+            sway.theory,
             sway.parameter,
             *(f"{change:{form}}" for change in sway.changes),
-            f"{max(map(abs, sway.changes)):.3f}",
+            f"{sway.largest:.3f}",
         )
         for finding in comparison.findings
         for sway in finding.sways
@@ -134,6 +163,42 @@ def as_text(table: Table) -> Iterator[str]:
     for note in table.notes:
         yield ""
         yield note
+
+
+def _mean(values: Iterable[float | None]) -> str:
+    known = [value for value in values if value is not None]
+    return f"{sum(known) / len(known):.2f}" if known else NONE
+
+
+def _part(said: Iterable[bool]) -> str:
+    answers = list(said)
+    return f"{sum(answers) / len(answers):.0%}"
+
+
+def _mean_deg(outcomes: Sequence[Outcome], others: Sequence[float | None]) -> str:
+    """How far the headings are off others, where both are there."""
+    apart = [
+        abs(degrees(wrap_angle(each.heading - other)))
+        for each, other in zip(outcomes, others, strict=True)
+        if each.heading is not None and other is not None
+    ]
+    return f"{sum(apart) / len(apart):.0f}" if apart else NONE
+
+
+def _unseen(outcome: Outcome) -> bool:
+    if outcome.free is None or outcome.promised is None:
+        return False
+    return outcome.free < outcome.promised - UNSEEN_M
+
+
+def _steered_by(steered: Steered) -> Iterator[str]:
+    yield (
+        f"VFH+ at {len(steered.places)} places of the robot's way, {EVERY_M:g} m apart, each time by the map "
+        f"of the whole log, to where the robot was {AHEAD_M:g} m later. No way: it stops where that went."
+    )
+    yield "Free is how far the robot's disc can go straight along the heading; no farther than the window."
+    if TRUTH in steered.outcomes:
+        yield f"Walls not seen: a wall ends the heading, {UNSEEN_M:g} m and more before the map says so."
 
 
 def _line(cells: Sequence[str], widths: Sequence[int]) -> str:

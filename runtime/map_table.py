@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from echogrid.runtime.map_suite import SUREST, Contender, Standings, standings
 from echogrid.runtime.paired_bootstrap import paired_bootstrap
-from echogrid.runtime.sensitivity import FACTORS, Sway, sways
+from echogrid.runtime.sensitivity import FACTORS, MeanSway, sways
 from echogrid.runtime.stationary import ALIKE, CELLS, Moved, moved
 
 Floats = NDArray[np.float64]
@@ -133,7 +133,7 @@ def stationary_table(contenders: Sequence[Contender], world: str) -> Iterator[st
         yield f"| {contender.name} | {after} | {_said(moves)} |"
 
 
-def sensitivity_table(found: Sequence[Sway]) -> Iterator[str]:
+def sensitivity_table(found: Sequence[MeanSway]) -> Iterator[str]:
     """A row for each theory and parameter."""
     factors = " | ".join(f"{factor - 1.0:+.0%}" for factor in FACTORS)
     yield f"| change of F1 | parameter | {factors} | largest | in a single world |"

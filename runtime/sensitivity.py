@@ -18,19 +18,26 @@ FACTORS = (0.75, 1.25)
 
 @dataclass(frozen=True, slots=True)
 class Sway:
-    """By how much F1 differs if one parameter of a theory does."""
+    """What becomes of a map if one number of its theory is a quarter lower and higher."""
 
     theory: str
     parameter: str
     changes: tuple[float, ...]
-    """For each of the factors, on the mean over all worlds."""
-    worst_world: float
-    """The largest change in a world, without its sign."""
+    """For each of the factors: of F1; where nothing is known to be true, how far P(Occupied) of a cell is
+    moved, on the mean."""
 
     @property
     def largest(self) -> float:
-        """max |delta F1|."""
+        """The larger change, without its sign."""
         return max(abs(change) for change in self.changes)
+
+
+@dataclass(frozen=True, slots=True)
+class MeanSway(Sway):
+    """That of F1 on the mean over several worlds."""
+
+    worst_world: float
+    """The largest change in a world, without its sign."""
 
 
 def scaled_beam(factor: float, ping: RingPing) -> Sounding:
@@ -63,7 +70,9 @@ def turned(contender: Contender) -> Mapping[str, tuple[Contender, ...]]:
     }
 
 
-def sways(worlds: Sequence[str], seed: int, contenders: Sequence[Contender], processes: int) -> list[Sway]:
+def sways(
+    worlds: Sequence[str], seed: int, contenders: Sequence[Contender], processes: int
+) -> list[MeanSway]:
     """For each contender that has numbers, and each parameter, in one lap through each world."""
     contenders = [contender for contender in contenders if contender.numbers is not None]
     table = {contender.name: turned(contender) for contender in contenders}
@@ -76,10 +85,10 @@ def sways(worlds: Sequence[str], seed: int, contenders: Sequence[Contender], pro
     ]
 
 
-def _sway(theory: str, parameter: str, usual: Floats, others: Sequence[Floats]) -> Sway:
+def _sway(theory: str, parameter: str, usual: Floats, others: Sequence[Floats]) -> MeanSway:
     changes = [other - usual for other in others]
     means = tuple(float(change.mean()) for change in changes)
-    return Sway(theory, parameter, means, max(float(np.abs(change).max()) for change in changes))
+    return MeanSway(theory, parameter, means, max(float(np.abs(change).max()) for change in changes))
 
 
 def _f1(found: Standings, name: str) -> Floats:

@@ -19,8 +19,9 @@ from echogrid.mapping.sounding import Sounding
 from echogrid.mapping.theories import MAP_LIMIT
 from echogrid.mapping.theory import Theory
 from echogrid.runtime import png
-from echogrid.runtime.comparison_pictures import Picture, Pixels, heat, sheet
+from echogrid.runtime.comparison_pictures import heat
 from echogrid.runtime.map_picture import UNKNOWN, shades
+from echogrid.runtime.picture_sheet import Picture, Pixels, sheet
 
 GRID = GridGeometry.covering(-1.75, 0.0, 1.75, 3.0, 0.05)
 SONAR = Ranger("sonar", Pose(), radians(15.0), 0.1, 4.0)

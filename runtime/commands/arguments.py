@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from echogrid.runtime.recording import Recording
+
     Commands = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _UNITS_S = {"ms": 0.001, "s": 1.0, "": 1.0, "min": 60.0, "h": 3600.0}
@@ -102,6 +104,20 @@ def _setting(text: str) -> tuple[str, Any]:
 
 THEORIES = ("bayes", "dempster-shafer", "himm", "counting", "calibrated")
 """As the configuration has them."""
+
+
+def add_log(parser: argparse.ArgumentParser) -> None:
+    """LOG, and --format."""
+    parser.add_argument("log", type=Path, metavar="LOG", help="the folder of the recording")
+    parser.add_argument("--format", choices=("simple", "robond"), default="simple")
+
+
+def recorded(arguments: argparse.Namespace) -> "Recording":
+    """The recording that is meant. Raises UsageError."""
+    from echogrid.runtime import recording, robond
+
+    read = robond.read if arguments.format == "robond" else recording.read_simple
+    return read(arguments.log)
 
 
 def add_theory(parser: argparse.ArgumentParser) -> None:

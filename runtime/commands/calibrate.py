@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from echogrid.runtime.commands.arguments import add_seed, length
+from echogrid.runtime.commands.arguments import add_log, add_seed, length, recorded
 from echogrid.runtime.errors import UsageError
 
 if TYPE_CHECKING:
@@ -57,8 +57,7 @@ def _add_odometry(parts: "Commands") -> None:
 def _add_sensor(parts: "Commands") -> None:
     told = "Beam, noise, mounting angle and sonar model of every ranger, from ten minutes of driving."
     sensor = parts.add_parser("sensor", help="what the rangers are like", description=told)
-    sensor.add_argument("log", type=Path, metavar="LOG", help="the folder of a recorded run")
-    sensor.add_argument("--format", choices=("simple", "robond"), default="simple")
+    add_log(sensor)
     sensor.add_argument(
         "--truth",
         metavar="MAP",
@@ -90,10 +89,9 @@ def execute_sensor(arguments: argparse.Namespace) -> int:
 
 def _judged_by(arguments: argparse.Namespace) -> "tuple[Recording, list[LoggedPing], Reference]":
     """The log, its pings, and the map by which they are judged."""
-    from echogrid.runtime import recording, reference_map, robond
+    from echogrid.runtime import reference_map
 
-    read = robond.read if arguments.format == "robond" else recording.read_simple
-    log = read(arguments.log)
+    log = recorded(arguments)
     if arguments.truth is None:
         pings = reference_map.placed(log)
         return log, pings, reference_map.of_itself(log, pings)

@@ -5,6 +5,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from echogrid.runtime.commands.arguments import add_log, recorded
+
 if TYPE_CHECKING:
     from echogrid.runtime.commands.arguments import Commands
     from echogrid.runtime.comparison import Comparison, Truth
@@ -20,8 +22,7 @@ def add(commands: "Commands") -> None:
     parser = commands.add_parser(
         "compare", help="set the maps of all theories side by side", description=__doc__
     )
-    parser.add_argument("log", type=Path, metavar="LOG", help="the folder of the recording")
-    parser.add_argument("--format", choices=("simple", "robond"), default="simple")
+    add_log(parser)
     parser.add_argument(
         "--truth",
         metavar="MAP",
@@ -81,19 +82,21 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _file(arguments: argparse.Namespace, found: "Comparison", told: "tuple[Table, ...]") -> bytes:
-    from echogrid.runtime import comparison_pictures, comparison_report, png
+    from echogrid.runtime import comparison_report, png
+    from echogrid.runtime.comparison_pictures import maps
+    from echogrid.runtime.comparison_scenes import scenes
+    from echogrid.runtime.picture_sheet import sheets
 
-    pictures = list(comparison_pictures.pictures(found))
+    galleries = [maps(found), *scenes(found.steered)]
     if arguments.out.suffix == ".png":
-        return png.encode(comparison_pictures.sheet(pictures))
-    return comparison_report.report(_heading(arguments, found), pictures, told).encode()
+        return png.encode(sheets(galleries))
+    return comparison_report.report(_heading(arguments, found), galleries, told).encode()
 
 
 def _material(arguments: argparse.Namespace) -> tuple["Recording", "Truth | None"]:
-    from echogrid.runtime import office_truth, recording, robond, truth_map
+    from echogrid.runtime import office_truth, truth_map
 
-    read = robond.read if arguments.format == "robond" else recording.read_simple
-    log = read(arguments.log)
+    log = recorded(arguments)
     if arguments.truth == EMULATED:
         return office_truth.in_office(log)
     return log, truth_map.read(Path(arguments.truth)) if arguments.truth else None

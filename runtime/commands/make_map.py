@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from echogrid.runtime.commands.arguments import add_theory, length
+from echogrid.runtime.commands.arguments import add_log, add_theory, length, recorded
 
 if TYPE_CHECKING:
     from echogrid.runtime.commands.arguments import Commands
@@ -17,9 +17,8 @@ if TYPE_CHECKING:
 def add(commands: "Commands") -> None:
     """Say what it takes."""
     parser = commands.add_parser("map", help="make a map from a recording", description=__doc__)
-    parser.add_argument("log", type=Path, metavar="LOG", help="the folder of the recording")
+    add_log(parser)
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="where the map files go")
-    parser.add_argument("--format", choices=("simple", "robond"), default="simple")
     add_theory(parser)
     parser.add_argument(
         "--no-echo", choices=("ignore", "weak", "clear"), help="what silence means (default: as configured)"
@@ -49,12 +48,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _recording(arguments: argparse.Namespace) -> "Recording":
     from echogrid.mapping.sonar_model import NoEcho
-    from echogrid.runtime import recording, robond
     from echogrid.runtime.errors import UsageError
 
-    told = (
-        robond.read(arguments.log) if arguments.format == "robond" else recording.read_simple(arguments.log)
-    )
+    told = recorded(arguments)
     area = told.config.map
     try:
         chosen = replace(

@@ -41,19 +41,25 @@ def wander(config: Config, seed: int) -> Wander:
 
 def navigator(config: Config, way: Way = VfhPlus) -> Navigator:
     """For that robot, as a disc, and within its limits."""
-    local, reach, sight = config.local, footprint(config).reach, assembly.path_sight(config)
+    local, sight = config.local, assembly.path_sight(config)
     cells = round(local.size_m / local.resolution_m)
-    window = Window(local.resolution_m, cells, Body(reach, _margin(config, reach)))
-    limits = Limits(
+    window = Window(local.resolution_m, cells, body(config))
+    obstacles = Obstacles(window, Belief(unknown=sight.unknown, stale_ns=sight.stale_ns))
+    return Navigator(way(window, limits(config)), obstacles, limits(config))
+
+
+def body(config: Config) -> Body:
+    """The robot as a disc, and what it keeps: what it passes by straight ahead must not be where the stop
+    layer stops it."""
+    reach = footprint(config).reach
+    stops_at = config.obstacle.stop_distance_m + (reach if config.robot.footprint else 0.0)
+    return Body(reach, max(config.avoid.margin_m, stops_at * sin(_AHEAD) - reach))
+
+
+def limits(config: Config) -> Limits:
+    """Within what it steers."""
+    return Limits(
         config.drive.max_speed_mps,
         radians(config.drive.max_turn_dps),
         min(config.drive.acceleration_mps2, config.avoid.deceleration_mps2),
     )
-    obstacles = Obstacles(window, Belief(unknown=sight.unknown, stale_ns=sight.stale_ns))
-    return Navigator(way(window, limits), obstacles, limits)
-
-
-def _margin(config: Config, reach: float) -> float:
-    """m to keep: what it passes by straight ahead must not be where the stop layer stops it."""
-    stops_at = config.obstacle.stop_distance_m + (reach if config.robot.footprint else 0.0)
-    return max(config.avoid.margin_m, stops_at * sin(_AHEAD) - reach)

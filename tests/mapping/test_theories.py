@@ -14,7 +14,7 @@ from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sonar_model import NoEcho
 from echogrid.mapping.sounding import Sounding
 from echogrid.mapping.theories import THEORIES, Beliefs, maker
-from echogrid.mapping.theory import Theory
+from echogrid.mapping.theory import Theory, layers
 
 from .by_hand import Cell
 from .strategies import poses, rangers
@@ -115,3 +115,10 @@ def test_the_baseline_is_none_of_them_but_is_judged_as_they_are() -> None:
 def test_a_name_that_is_no_theory_is_refused() -> None:
     with pytest.raises(KeyError):
         maker("guess", Beliefs())(GEOMETRY)
+
+
+@names
+def test_what_else_a_theory_has_to_tell_is_of_all_cells_and_most_have_nothing(name: str) -> None:
+    told = layers(theory(name))
+    assert set(told) == ({"belief", "plausibility", "conflict"} if name == "dempster-shafer" else set())
+    assert all(layer.shape == GEOMETRY.shape for layer in told.values())

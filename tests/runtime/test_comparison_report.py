@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from echogrid.mapping.grid import GridGeometry
-from echogrid.runtime import png
 from echogrid.runtime.comparison import Comparison, Finding
-from echogrid.runtime.comparison_pictures import ECHO, Picture, enlarged, pictures, sheet
+from echogrid.runtime.comparison_pictures import ECHO, maps
 from echogrid.runtime.comparison_report import Heading, report
+from echogrid.runtime.comparison_steering import Steered
 from echogrid.runtime.comparison_tables import Table
 from echogrid.runtime.grey_image import read_grey
 from echogrid.runtime.map_picture import PATH, UNKNOWN
+from echogrid.runtime.picture_sheet import Gallery, Picture
 
 VOID = {"meta", "img", "br"}
 ROWS = ("bayes", "0.5"), ("a<b", "more than 3")
@@ -75,12 +76,12 @@ def compared(*, true: bool = True) -> Comparison:
     geometry = GridGeometry(0.5, 0.0, 0.0, SIZE, SIZE)
     findings = finding("bayes", p.tolist()), finding("dempster-shafer", p.tolist(), conflict.tolist())
     way = (4.25, 4.75), (5.0, 4.75), (100.0, 0.0)
-    return Comparison(geometry, 3, 2, ends, ends if true else None, known, findings, way)
+    return Comparison(geometry, 3, 2, ends, ends if true else None, known, findings, way, Steered({}, (), ()))
 
 
 def page_of(comparison: Comparison) -> Page:
     heading = Heading("Theories <compared>", ("A fact & more.",))
-    return Page(report(heading, pictures(comparison), (TABLE, TABLE)))
+    return Page(report(heading, [maps(comparison)], (TABLE, TABLE)))
 
 
 def test_the_page_is_well_formed_and_needs_nothing_else() -> None:
@@ -89,7 +90,7 @@ def test_the_page_is_well_formed_and_needs_nothing_else() -> None:
         "width=device-width, initial-scale=1"
     ]
     assert not {"script", "link", "iframe"} & {tag for tag, _ in page.tags}
-    text = report(Heading("", ()), pictures(compared()), (TABLE,))
+    text = report(Heading("", ()), [maps(compared())], (TABLE,))
     assert not re.search(r"https?:|url\(|@import", text)
     assert {attributes["src"][:22] for attributes in page.all("img") if attributes["src"]} == {
         "data:image/png;base64,"
@@ -120,12 +121,12 @@ def test_the_best_figures_are_marked() -> None:
 
 
 def test_the_same_comparison_gives_the_same_page() -> None:
-    pages = [report(Heading("x", ()), pictures(compared()), (TABLE,)) for _ in range(2)]
+    pages = [report(Heading("x", ()), [maps(compared())], (TABLE,)) for _ in range(2)]
     assert pages[0] == pages[1]
 
 
 def test_all_pictures_show_the_same_place_north_up() -> None:
-    shown = {picture.name: picture.pixels for picture in pictures(compared())}
+    shown = {picture.name: picture.pixels for picture in maps(compared()).pictures}
     assert {pixels.shape for pixels in shown.values()} == {(10, 12, 3)}
     assert tuple(shown["bayes"][0, 0]) == UNKNOWN
     assert tuple(shown["bayes"][5, 5]) == (191, 191, 191)
@@ -136,22 +137,26 @@ def test_all_pictures_show_the_same_place_north_up() -> None:
 
 
 def test_echoes_are_black_on_the_robot_s_way() -> None:
-    pixels = next(picture.pixels for picture in pictures(compared(true=False)))
+    pixels = maps(compared(true=False)).pictures[0].pixels
     assert tuple(pixels[3, 8]) == ECHO
     way = np.argwhere((pixels == PATH).all(axis=2)).tolist()
     assert way == [[5, 4], [5, 5], [5, 6]]
 
 
-def test_a_sheet_holds_every_picture_in_its_order() -> None:
-    shown = [Picture(str(shade), "", np.full((2, 3, 3), shade, np.uint8)) for shade in (10, 20, 30, 40, 50)]
-    pixels = sheet(shown)
-    size = (pixels.shape[1] - 3 * 8) // 4
-    found = [int(pixels[0, index * (size + 8), 0]) for index in range(4)]
-    assert found == [10, 20, 30, 40]
-    assert int(pixels[-1, 0, 0]) == 50
-    assert int(pixels[-1, -1, 0]) == 255
-    assert read_grey(png.encode(pixels)).shape == pixels.shape[:2]
+def test_every_gallery_has_its_title_its_facts_and_its_key() -> None:
+    picture = Picture("one", "what it is", np.zeros((2, 3, 3), np.uint8))
+    galleries = [
+        Gallery(title, (f"fact & {title}",), (((1, 2, 255), f"key {title}"),), (picture, picture), 5)
+        for title in ("first", "second")
+    ]
+    page = Page(report(Heading("x", ()), galleries, ()))
+    told = "".join(page.text)
+    assert told.index("First") < told.index("fact & first") < told.index("key first") < told.index("Second")
+    assert len(page.all("img")) == 4
+    assert [attributes["style"] for attributes in page.all("i")] == ["background:#0102ff"] * 2
 
 
-def test_pixels_are_enlarged_both_ways() -> None:
-    assert enlarged(np.array([[[1, 2, 3]]], np.uint8), 2).tolist() == [[[1, 2, 3]] * 2] * 2
+def test_a_table_longer_than_half_a_page_may_be_cut_on_paper_and_no_other() -> None:
+    long = Table("Long", ("theory", "r"), (("bayes", "0.5"),) * 30)
+    page = Page(report(Heading("x", ()), (), (TABLE, long)))
+    assert [attributes.get("class") for attributes in page.all("table")] == [None, "long"]

@@ -4,18 +4,20 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from pytest import approx, fixture, mark
+from pytest import CaptureFixture, approx, fixture, mark
 
 from echogrid.mapping.bayes import BayesGrid
 from echogrid.mapping.calibrated import CalibratedGrid
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.sonar_model import Form, NoEcho
 from echogrid.runtime import assembly, offline
+from echogrid.runtime.command_line import main
 from echogrid.runtime.explanation import Witness, explain, told
 from echogrid.runtime.recording import Recording, read_simple
 
 from .recordings import POSES_HEADER, RANGES_HEADER
 
+ROBOND = Path(__file__).resolve().parents[3] / "shared" / "data" / "udacity"
 ROBOT = """
 [map]
 theory = "bayes"
@@ -125,3 +127,19 @@ def test_the_window_has_the_cells_of_the_map(recording: Recording, x: float, y: 
     assert abs(window.x_centres[col] - x) <= 0.05 + 1e-9
     assert abs(window.y_centres[row] - y) <= 0.05 + 1e-9
     assert window.x / 0.1 == approx(round(window.x / 0.1))
+
+
+@mark.skipif(not ROBOND.is_dir(), reason=f"the RoboND recording is not at {ROBOND}")
+def test_a_cell_of_a_recording_in_another_format_is_explained_too(capsys: CaptureFixture[str]) -> None:
+    assert main(["explain", str(ROBOND), "3.0", "0.0", "--format", "robond", "--most", "2"]) == 0
+    first, _, *pings = capsys.readouterr().out.splitlines()
+    assert first.startswith("P(occupied) = 0.0")
+    assert len(pings) == 2
+
+
+def test_a_recording_in_another_format_without_a_word_is_told_with_the_option(
+    tmp_path: Path, capsys: CaptureFixture[str]
+) -> None:
+    (tmp_path / "measurement.txt").write_text("")
+    assert main(["explain", str(tmp_path), "3.0", "0.0"]) == 2
+    assert "try --format robond" in capsys.readouterr().err

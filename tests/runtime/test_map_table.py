@@ -8,7 +8,7 @@ from echogrid.runtime import map_table
 from echogrid.runtime.contenders import contenders
 from echogrid.runtime.map_suite import Contender, Standings, Verdict
 from echogrid.runtime.map_table import BOOK, COMPARED, MORE, QUALITY, Column, difference_table, standing_table
-from echogrid.runtime.sensitivity import Sway
+from echogrid.runtime.sensitivity import MeanSway
 
 from .theories import counting, ignorant
 
@@ -87,7 +87,7 @@ def test_the_stationary_robot_has_a_row_for_each_theory() -> None:
 
 
 def test_the_sensitivity_tells_both_changes_and_the_largest() -> None:
-    *_, row = map_table.sensitivity_table([Sway("theory", "beta", (-0.03, 0.01), 0.1)])
+    *_, row = map_table.sensitivity_table([MeanSway("theory", "beta", (-0.03, 0.01), 0.1)])
     assert cells(row) == ["theory", "beta", "-0.030", "+0.010", "0.030", "0.100"]
 
 

@@ -63,7 +63,7 @@ def test_the_steps_of_himm_are_turned_by_a_quarter(parameter: str, times: float,
 
 
 def test_the_largest_change_is_that_of_either_direction() -> None:
-    assert Sway("theory", "beta", (-0.03, 0.01), 0.1).largest == 0.03
+    assert Sway("theory", "beta", (-0.03, 0.01)).largest == 0.03
 
 
 def test_a_theory_that_names_no_numbers_is_left_alone() -> None:
