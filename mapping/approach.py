@@ -29,6 +29,8 @@ class _Echo:
     """m."""
     comes: bool
     """Whether it was nearer by itself than the one before."""
+    moves: bool
+    """Whether it was nearer, or farther away, by itself."""
 
 
 class Approach:
@@ -41,20 +43,23 @@ class Approach:
         self._met: list[tuple[int, int]] = []
         """Until when each counts, and when it is here, ns."""
 
-    def take(self, ping: PlacedPing) -> None:
-        """A ping with its place (odom frame)."""
+    def take(self, ping: PlacedPing) -> bool:
+        """A ping with its place (odom frame); whether what it heard surely moves: twice in a row."""
         distance, stamp_ns = heard_at(ping), ping.reading.stamp_ns
         before = self._last.pop(ping.ranger.name, None)
         if distance is None:
-            return
-        seconds = inf if before is None else self._seconds_left(before, ping, distance)
-        self._last[ping.ranger.name] = _Echo(stamp_ns, ping.transducer, distance, seconds < inf)
-        if before is None or seconds == inf:
-            return
-        if before.comes and seconds < _SOON_S:
-            seconds = 0.0
-        self._met = [met for met in self._met if met[0] > stamp_ns]
-        self._met.append((stamp_ns + _HOLD_NS, stamp_ns + round(seconds * 1e9)))
+            return False
+        closing, moves = (0.0, 0.0) if before is None else _speeds(before, ping, distance)
+        seconds = self._seconds_left(ping, distance, closing, moves)
+        walks = _SLOWEST <= abs(moves) <= _FASTEST
+        self._last[ping.ranger.name] = _Echo(stamp_ns, ping.transducer, distance, seconds < inf, walks)
+        if before is None:
+            return False
+        if seconds < inf:
+            seconds = 0.0 if before.comes and seconds < _SOON_S else seconds
+            self._met = [met for met in self._met if met[0] > stamp_ns]
+            self._met.append((stamp_ns + _HOLD_NS, stamp_ns + round(seconds * 1e9)))
+        return walks and before.moves
 
     def limit(self, now_ns: int, reaction_s: float, deceleration: float) -> float:
         """m/s from which the robot, whose wheels heed it `reaction_s` later, stands before what comes is
@@ -64,16 +69,20 @@ class Approach:
             return inf
         return deceleration * max((arrives_ns - now_ns) * 1e-9 - reaction_s, 0.0)
 
-    def _seconds_left(self, before: _Echo, ping: PlacedPing, distance: float) -> float:
+    def _seconds_left(self, ping: PlacedPing, distance: float, closing: float, moves: float) -> float:
         """s until it is here, if it comes; else inf."""
-        here, there = ping.transducer, before.transducer
-        elapsed_ns = ping.reading.stamp_ns - before.stamp_ns
-        if not 0 < elapsed_ns <= _LATELY_NS or abs(wrap_angle(here.yaw - there.yaw)) > _TURNED:
-            return inf
-        own = (here.x - there.x) * cos(here.yaw) + (here.y - there.y) * sin(here.yaw)
-        closing = (before.distance - distance) * 1e9 / elapsed_ns
-        moves = closing - own * 1e9 / elapsed_ns
         if not _SLOWEST <= moves <= _FASTEST:
             return inf
         echo = ping.ranger.mount.compose(Pose(distance))
         return max(hypot(echo.x, echo.y) - self._radius, 0.0) / max(closing, moves)
+
+
+def _speeds(before: _Echo, ping: PlacedPing, distance: float) -> tuple[float, float]:
+    """m/s with which it comes nearer to the ranger, and what of that is its own; 0 if nobody knows."""
+    here, there = ping.transducer, before.transducer
+    elapsed_ns = ping.reading.stamp_ns - before.stamp_ns
+    if not 0 < elapsed_ns <= _LATELY_NS or abs(wrap_angle(here.yaw - there.yaw)) > _TURNED:
+        return 0.0, 0.0
+    own = (here.x - there.x) * cos(here.yaw) + (here.y - there.y) * sin(here.yaw)
+    closing = (before.distance - distance) * 1e9 / elapsed_ns
+    return closing, closing - own * 1e9 / elapsed_ns

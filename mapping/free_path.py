@@ -127,6 +127,8 @@ class PathSensor:
         """Milli-nats."""
         self._courses: dict[Twist, _Course] = {}
         x, y = offsets[self._cols], offsets[self._rows]
+        self._near = np.flatnonzero(np.hypot(x, y) <= footprint.reach + resolution)
+        """Which of them may lie beneath the robot."""
         asked = footprint.distance(x, y) > sight.skin
         self._asked = x[asked], y[asked]
 
@@ -139,6 +141,15 @@ class PathSensor:
     def deceleration(self) -> float:
         """m/s^2 with which the robot stops."""
         return self._sight.brakes.deceleration
+
+    def beneath(self, local: LocalGrid, robot: Pose) -> NDArray[np.intp]:
+        """(n,) the cells, row * columns + column, whose middles lie within the footprint."""
+        geometry = local.geometry
+        dx = geometry.x + (self._cols[self._near] + 0.5) * geometry.resolution - robot.x
+        dy = geometry.y + (self._rows[self._near] + 0.5) * geometry.resolution - robot.y
+        c, s = cos(robot.yaw), sin(robot.yaw)
+        cells: NDArray[np.intp] = self._flat[self._near]
+        return cells[self._footprint.contains(c * dx + s * dy, c * dy - s * dx)]
 
     def look(self, local: LocalGrid, robot: Pose, now_ns: int, twist: Twist, latency_s: float) -> FreePath:
         """The way along a twist, from the robot's pose in the odom frame."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from echogrid.mapping.bayes import BayesGrid
+from echogrid.mapping.bayes import MILLI, BayesGrid
 from echogrid.mapping.cone import Cone, Reach
 from echogrid.mapping.cones import Cones, cast_all
 from echogrid.mapping.grid import GridGeometry
@@ -34,6 +34,8 @@ class _Ping(NamedTuple):
     echo: float | None
     """m."""
     stamp_ns: int
+    known: bool
+    """Whether the echo is that of a wall that is known: it tells of what is before it only."""
 
     @property
     def kind(self) -> tuple[bool, float, float, float, str]:
@@ -115,10 +117,33 @@ class LocalGrid:
             self._faded_ns = now_ns
             self.grid.fade(exp(-elapsed_ns * 1e-9 / self._fade_s))
 
-    def fuse(self, transducer: Pose, ranger: Ranger, echo_distance: float | None, stamp_ns: int) -> None:
-        """Fuse a ping sent from `transducer` (odom frame)."""
+    def fuse(
+        self,
+        transducer: Pose,
+        ranger: Ranger,
+        echo_distance: float | None,
+        stamp_ns: int,
+        known: bool = False,
+    ) -> None:
+        """Fuse a ping sent from `transducer` (odom frame). The echo of a `known` wall speaks of what is before
+        it: where the wall stands is known better."""
         if echo_distance is not None or (ranger.no_echo or self._no_echo) is not NoEcho.IGNORE:
-            self._waiting.append(_Ping(transducer, ranger, echo_distance, stamp_ns))
+            self._waiting.append(_Ping(transducer, ranger, echo_distance, stamp_ns, known))
+
+    def build(self, walls: NDArray[np.float64], now_ns: int) -> None:
+        """Walls that are known to stand at points (n, 2; odom frame)."""
+        geometry = self.geometry
+        cols = np.floor((walls[:, 0] - geometry.x) / geometry.resolution).astype(np.intp)
+        rows = np.floor((walls[:, 1] - geometry.y) / geometry.resolution).astype(np.intp)
+        inside = (rows >= 0) & (rows < geometry.rows) & (cols >= 0) & (cols < geometry.cols)
+        cells = (rows * geometry.cols + cols)[inside]
+        self.grid.log_odds.put(cells, round(_LIMIT * MILLI))
+        self.seen_ns.put(cells, now_ns)
+
+    def vacate(self, cells: NDArray[np.intp]) -> None:
+        """Nothing stands in these cells (row * columns + column): the robot does."""
+        log_odds = self.grid.log_odds
+        log_odds.put(cells, np.minimum(log_odds.take(cells), 0))
 
     def _settle(self) -> None:
         """Fuse the pings that wait. What does not depend on their order is reckoned for all at once."""
@@ -177,9 +202,11 @@ class LocalGrid:
         held = self._held(cells, occupied, yaw)
         if held is not None:
             milli_nats[held] = 0
+        if ping.known:
+            milli_nats[occupied] = 0
         spoken = self._grid.add(cells, milli_nats)
         self._seen_ns.put(spoken, np.maximum(self._seen_ns.take(spoken), stamp_ns))
-        if ping.echo is None:
+        if ping.echo is None or ping.known:
             return
         self._axis.put(cells[occupied], yaw)
         for x, y in self._walls.beyond(ping.transducer, ping.ranger, ping.echo, stamp_ns):

@@ -2,13 +2,16 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from math import sqrt
 
 from echogrid.drivers.readings import Outcome, RangeReading
 from echogrid.mapping.approach import Approach
+from echogrid.mapping.company import Company
 from echogrid.mapping.free_path import STANDING, FreePath, PathEnd, PathSensor
 from echogrid.mapping.latency import Latency
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.placed_ping import PlacedPing
+from echogrid.mapping.planning.tracking import PlanTracker
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.stop_layer import StopLayer
 from echogrid.mapping.twist import Twist
@@ -42,8 +45,14 @@ class Lookout:
     """The stop layer hears every reading; the local grid sees those which are verified."""
 
     def __init__(
-        self, local: LocalGrid, readers: Readers, stop: StopLayer, verifier: Verifier | Believer
+        self,
+        local: LocalGrid,
+        readers: Readers,
+        stop: StopLayer,
+        verifier: Verifier | Believer,
+        tracker: PlanTracker | None = None,
     ) -> None:
+        """With a `tracker` the walls of its plan are known."""
         self.local = local
         """To be read, not written."""
         self._readers = readers
@@ -51,6 +60,8 @@ class Lookout:
         self._verifier = verifier
         self._latency = Latency()
         self._approach = Approach(readers.path.reach)
+        self._company = Company(readers.path.reach)
+        self._tracker = tracker
 
     def hear(self, readings: Iterable[RangeReading], now_ns: int) -> None:
         """Raw readings, as they came in."""
@@ -63,10 +74,15 @@ class Lookout:
         """Fuse newly placed pings into the grid around the robot (its pose in the odom frame)."""
         self.local.centre(robot)
         self.local.fade(now_ns)
+        if self._tracker is not None:
+            self._tracker.move(robot)
         for ping in placed:
             for verified in self._verifier.take(ping).verified:
-                self._approach.take(verified)
-                self._fuse(verified)
+                self._take(verified)
+        self.local.vacate(self._readers.path.beneath(self.local, robot))
+        if self._tracker is not None:
+            half = 0.5 * self.local.geometry.rows * self.local.geometry.resolution
+            self.local.build(self._tracker.walls(robot, sqrt(2.0) * half), now_ns)
 
     def view(self, robot: Pose, now_ns: int, twist: Twist) -> ObstacleView:
         """The obstacles around the robot, and the way along a twist.
@@ -117,7 +133,7 @@ class Lookout:
             reasons |= self._ahead(ahead, now_ns)
             path = self._slowed(ahead, path)
         if twist.speed != 0.0 or twist.stands:
-            path = path.limited(self._met(now_ns))
+            path = path.limited(self._met(robot, now_ns))
             reasons |= {StopReason.NEAR} if path.limit == 0.0 and not reasons else set()
         heard_ns = self._latency.newest_ns
         if not heard_ns:
@@ -137,10 +153,13 @@ class Lookout:
             reasons.add(StopReason.UNKNOWN)
         return reasons
 
-    def _met(self, now_ns: int) -> float:
-        """m/s from which the robot stands before what comes by itself is there."""
-        readers = self._readers
-        return self._approach.limit(now_ns, readers.reaction_ns * 1e-9, readers.path.deceleration)
+    def _met(self, robot: Pose, now_ns: int) -> float:
+        """m/s from which the robot stands before who comes, or may come, is there."""
+        reaction_s, deceleration = self._readers.reaction_ns * 1e-9, self._readers.path.deceleration
+        return min(
+            self._approach.limit(now_ns, reaction_s, deceleration),
+            self._company.limit(now_ns, robot, reaction_s, deceleration),
+        )
 
     def _slowed(self, ahead: Ahead, path: FreePath) -> FreePath:
         """The way ahead, where something beside it is unknown or stale."""
@@ -148,7 +167,11 @@ class Lookout:
             return path
         return path.limited(self._readers.slow)
 
-    def _fuse(self, ping: PlacedPing) -> None:
+    def _take(self, ping: PlacedPing) -> None:
         """For avoidance, what is too close is an obstacle at the blanking distance."""
+        known = self._tracker is not None and self._tracker.explains(ping)
+        if not known:
+            moves = self._approach.take(ping)
+            self._company.take(ping, moves, strange=self._tracker is not None)
         if ping.reading.outcome is not Outcome.INVALID:
-            self.local.fuse(ping.transducer, ping.ranger, heard_at(ping), ping.reading.stamp_ns)
+            self.local.fuse(ping.transducer, ping.ranger, heard_at(ping), ping.reading.stamp_ns, known)

@@ -32,6 +32,10 @@ class Pose:
         return Pose(-c * self.x - s * self.y, s * self.x - c * self.y, wrap_angle(-self.yaw))
 
 
+ORIGIN = Pose()
+"""Of a frame in itself."""
+
+
 def interpolate(start: Pose, end: Pose, fraction: float) -> Pose:
     """The pose a fraction of the way from start to end: straight in x and y, the short way round in yaw."""
     return Pose(

@@ -23,6 +23,7 @@ from echogrid.mapping.lookout import Lookout, Readers
 from echogrid.mapping.mapper import Mapper
 from echogrid.mapping.odometry import Odometry
 from echogrid.mapping.pose import Pose
+from echogrid.mapping.planning.tracking import PlanTracker
 from echogrid.mapping.pose_buffer import PoseBuffer
 from echogrid.mapping.sonar_model import Form, SonarModel
 from echogrid.mapping.stop_layer import StopLayer, StopZone
@@ -80,8 +81,8 @@ def fusion(config: Config) -> Fusion:
     return Fusion(mapper(config, geometry(config), poses), odometry(config), lookout(config))
 
 
-def lookout(config: Config) -> Lookout:
-    """What looks for obstacles. Raises ConfigError if it could not look beyond the robot itself."""
+def lookout(config: Config, tracker: PlanTracker | None = None) -> Lookout:
+    """What looks for obstacles, where there is a floor plan by its walls, too. Raises ConfigError if it could not look beyond the robot itself."""
     cells = round(config.local.size_m / config.local.resolution_m)
     local = LocalGrid(
         config.local.resolution_m, cells, config.map.tolerance_m, config.local.fade_s, config.map.no_echo
@@ -99,7 +100,7 @@ def lookout(config: Config) -> Lookout:
         round(config.avoid.reaction_ms * 1e6 + SECOND_NS / config.loop.rate_hz),
     )
     _require_room(config, outline)
-    return Lookout(local, readers, stop, verifier(config))
+    return Lookout(local, readers, stop, verifier(config), tracker)
 
 
 def sight(config: Config) -> Sight:

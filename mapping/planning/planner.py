@@ -1,12 +1,13 @@
 """From what the robot has seen so far to where it should head for now, so that it comes to its goal."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from echogrid.mapping.local_grid import LocalGrid
+from echogrid.mapping.planning.floor_plan import FloorPlan, placed
 from echogrid.mapping.planning.recollection import Recollection, Remembering
 from echogrid.mapping.planning.route import Route, found
 from echogrid.mapping.planning.terrain import Point, Prices, Terrain, terrain
-from echogrid.mapping.pose import Pose
+from echogrid.mapping.pose import ORIGIN, Pose, wrap_angle
 from echogrid.mapping.steering.goal import Goal, towards
 
 _ROUND_ABOUT = 3.0
@@ -43,9 +44,12 @@ class Planning:
 class Planner:
     """One thread owns it. Time is an argument, and all else comes of what it was given."""
 
-    def __init__(self, planning: Planning | None = None) -> None:
+    def __init__(self, planning: Planning | None = None, plan: FloorPlan | None = None) -> None:
+        """With a plan all is in the plan's frame."""
         self.planning = planning or Planning()
         self.memory = Recollection(self.planning.resolution, self.planning.remembering)
+        if plan is not None:
+            self.memory.study(plan)
         self.route: Route | None = None
         """The way it goes by; None before the first and while there is none."""
         self.carrot: Point | None = None
@@ -62,24 +66,24 @@ class Planner:
         """Whether a way to the goal was there when it last planned; what is unknown counts as open."""
         return self._lost_ns is None
 
-    def aim(self, local: LocalGrid, robot: Pose, now_ns: int, goal: Point) -> Goal:
+    def aim(self, local: LocalGrid, robot: Pose, now_ns: int, goal: Point, frame: Pose = ORIGIN) -> Goal:
         """Where to head for now: a point of the way, and how far it is from here on to its end.
 
-        If there is no way it is the goal itself, straight. All in the odom frame; the grid is centred on
-        the robot.
+        If there is no way it is the goal itself, straight. `frame` is the pose of the local grid's frame in
+        that of robot and goal; what comes back is in the local grid's. The grid is centred on the robot.
         """
         here = (robot.x, robot.y)
         if goal != self._goal:
             self._goal, self.route, self._planned_ns, self._lost_ns = goal, None, None, None
         if self._taken_ns is None or now_ns - self._taken_ns >= self.planning.take_ns:
-            self._take(local, here, now_ns)
+            self._take(local, here, now_ns, frame)
         if self._is_due(here, now_ns, goal):
             self._plan(here, now_ns, goal)
-        return self._aimed(robot, here, goal)
+        return self._aimed(robot, goal, frame)
 
-    def _take(self, local: LocalGrid, here: Point, now_ns: int) -> None:
+    def _take(self, local: LocalGrid, here: Point, now_ns: int, frame: Pose) -> None:
         self._taken_ns = now_ns
-        self.memory.take(local, now_ns)
+        self.memory.take(local, now_ns, frame)
         self.memory.tread(*here, self.planning.radius)
         self._ground = None
 
@@ -128,9 +132,13 @@ class Planner:
         gain = max(self.planning.gain, self.planning.gain_part * price)
         return old if price - new.price(self._ground) < gain else new
 
-    def _aimed(self, robot: Pose, here: Point, goal: Point) -> Goal:
+    def _aimed(self, robot: Pose, goal: Point, frame: Pose) -> Goal:
+        back, here = frame.inverse(), (robot.x, robot.y)
         if self.route is None:
             self.carrot = None
-            return towards(robot, *goal)
+            straight = towards(robot, *goal)
+            return replace(straight, bearing=wrap_angle(straight.bearing + back.yaw))
         self.carrot, length = self.route.carrot(self._survey(here, goal), here, self.planning.look_ahead)
-        return Goal(towards(robot, *self.carrot).bearing, length)
+        near = towards(robot, *self.carrot)
+        way = placed(self.route.ahead(here, self.planning.look_ahead), back).tolist()
+        return Goal(wrap_angle(near.bearing + back.yaw), length, tuple((x, y) for x, y in way), near.distance)

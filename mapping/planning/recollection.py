@@ -2,13 +2,15 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import ceil, floor, hypot
+from math import ceil, cos, floor, hypot, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.local_grid import LocalGrid
+from echogrid.mapping.planning.floor_plan import FloorPlan
+from echogrid.mapping.pose import ORIGIN, Pose
 
 _BLOCK = 32
 """Cells by which it grows, so that it need not each time."""
@@ -51,6 +53,8 @@ class Recollection:
         """Row and column of the first cell, counted from the origin of the odom frame."""
         self.belief: NDArray[np.int8] = np.zeros((_BLOCK, _BLOCK), np.int8)
         self._held: NDArray[np.bool_] = np.zeros((_BLOCK, _BLOCK), np.bool_)
+        self._built: NDArray[np.bool_] = np.zeros((_BLOCK, _BLOCK), np.bool_)
+        """Where walls stand by a plan: these stay."""
 
     @property
     def geometry(self) -> GridGeometry:
@@ -64,6 +68,7 @@ class Recollection:
         pads = [self._padding(axis, low, high) for axis, (low, high) in enumerate(ends)]
         if any(pad != (0, 0) for pad in pads):
             self.belief, self._held = np.pad(self.belief, pads), np.pad(self._held, pads)
+            self._built = np.pad(self._built, pads)
             self._corner = (self._corner[0] - pads[0][0], self._corner[1] - pads[1][0])
 
     def _padding(self, axis: int, low: float, high: float) -> tuple[int, int]:
@@ -72,36 +77,70 @@ class Recollection:
         after = ceil(high / self._resolution) - first - size
         return _blocks(before), _blocks(after)
 
-    def take(self, local: LocalGrid, now_ns: int) -> None:
-        """Take over what the local grid, in whose middle the robot is, holds now."""
+    def study(self, plan: FloorPlan) -> None:
+        """Take over a plan, in whose frame the memory then is; its walls are not forgotten."""
+        for points in (plan.free, plan.walls):
+            if len(points):
+                for x, y in (*points.min(axis=0, keepdims=True).tolist(), *points.max(axis=0, keepdims=True).tolist()):
+                    self.cover(x, y, self._resolution)
+        self.belief.ravel()[self._beneath(plan.free)] = -1
+        self._built.ravel()[self._beneath(plan.walls)] = True
+        self.belief[self._built] = self._remembering.firmness
+
+    def take(self, local: LocalGrid, now_ns: int, frame: Pose = ORIGIN) -> None:
+        """Take over what the local grid, in whose middle the robot is, holds now.
+
+        `frame` is the pose of the local grid's frame in that of the memory.
+        """
         geometry, log_odds = local.geometry, local.grid.log_odds
         half = 0.5 * geometry.resolution * geometry.rows
-        self.cover(geometry.x + half, geometry.y + half, half + self._resolution)
+        middle = frame.compose(Pose(geometry.x + half, geometry.y + half))
+        self.cover(middle.x, middle.y, sqrt(2.0) * half + self._resolution)
         keep = self._remembering
         log_odds = np.where(_near(geometry.rows, geometry.resolution, keep.reach), log_odds, np.int16(0))
         lately = (local.seen_ns > 0) & (local.seen_ns >= now_ns - keep.lately_ns)
-        places = self._places(geometry)
+        places = self._places(geometry, frame)
         obstacle = self._holding(places[log_odds >= keep.obstacle])
         doubted = self._holding(places[log_odds > 0])
         free = self._holding(places[(log_odds <= keep.free) & lately]) & ~doubted
         wholly = ~self._holding(places[log_odds > keep.free])
-        self._learn(obstacle, free, wholly)
+        self._learn(obstacle & ~self._beside_walls(), free, wholly)
 
     def _learn(self, obstacle: NDArray[np.bool_], free: NDArray[np.bool_], wholly: NDArray[np.bool_]) -> None:
         belief, keep = self.belief, self._remembering
         remembered = belief > 0
         belief[obstacle] = np.minimum(np.maximum(belief[obstacle], 0) + keep.sighting, keep.firmness)
-        worn = free & wholly & remembered
+        worn = free & wholly & remembered & ~self._built
         belief[worn] -= 1
         belief[free & (belief == 0)] = -1
         self._held = obstacle
 
-    def _places(self, geometry: GridGeometry) -> NDArray[np.intp]:
+    def _beside_walls(self) -> NDArray[np.bool_]:
+        """(rows, cols) of the plan's walls, and all around them: the local grid shows them a cell wider."""
+        beside = self._built.copy()
+        for axis in (0, 1):
+            grown = beside.copy()
+            for step in (1, -1):
+                grown |= np.roll(beside, step, axis)
+            beside = grown
+        return beside
+
+    def _places(self, geometry: GridGeometry, frame: Pose) -> NDArray[np.intp]:
         """(rows, cols) of a local grid: the cell here, row * columns + column, of each one's middle."""
-        down = np.floor(geometry.y_centres / self._resolution).astype(np.intp) - self._corner[0]
-        right = np.floor(geometry.x_centres / self._resolution).astype(np.intp) - self._corner[1]
-        places: NDArray[np.intp] = (down * self.belief.shape[1])[:, np.newaxis] + right
-        return places
+        c, s = cos(frame.yaw), sin(frame.yaw)
+        x, y = geometry.x_centres, geometry.y_centres[:, np.newaxis]
+        return self._cells(frame.x + c * x - s * y, frame.y + s * x + c * y)
+
+    def _beneath(self, points: NDArray[np.float64]) -> NDArray[np.intp]:
+        """(n,) the cells under points (n, 2)."""
+        return self._cells(points[:, 0], points[:, 1])
+
+    def _cells(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.intp]:
+        """row * columns + column."""
+        down = np.floor(y / self._resolution).astype(np.intp) - self._corner[0]
+        right = np.floor(x / self._resolution).astype(np.intp) - self._corner[1]
+        cells: NDArray[np.intp] = down * self.belief.shape[1] + right
+        return cells
 
     def _holding(self, places: NDArray[np.intp]) -> NDArray[np.bool_]:
         """(rows, cols) which cells are among these places."""
@@ -118,12 +157,12 @@ class Recollection:
         x_centres, y_centres = geometry.x_centres.tolist(), geometry.y_centres.tolist()
         for r in range(max(row - reach, 0), min(row + reach + 1, geometry.rows)):
             for c in range(max(col - reach, 0), min(col + reach + 1, geometry.cols)):
-                if hypot(x_centres[c] - x, y_centres[r] - y) <= radius:
+                if hypot(x_centres[c] - x, y_centres[r] - y) <= radius and not self._built[r, c]:
                     self.belief[r, c] = -1
 
     def relent(self) -> None:
         """Forget the obstacles that are remembered only: that the local grid did not hold when last taken."""
-        self.belief[(self.belief > 0) & ~self._held] = 0
+        self.belief[(self.belief > 0) & ~self._held & ~self._built] = 0
 
 
 @lru_cache(maxsize=8)

@@ -57,6 +57,11 @@ class Route:
         point = self._point(last)
         return point, hypot(point[0] - here[0], point[1] - here[1]) + float(self.lengths[last])
 
+    def ahead(self, here: Point, most: float) -> Floats:
+        """(k, 2) its points from here on, for `most` m of way; at least one."""
+        first = min(self.after(here) + 1, len(self.points) - 1)
+        return self.points[first:][self.lengths[first] - self.lengths[first:] <= most]
+
     def _point(self, number: int) -> Point:
         return self.points.item(number, 0), self.points.item(number, 1)
 

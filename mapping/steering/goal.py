@@ -5,6 +5,9 @@ from math import atan2, hypot, inf
 
 from echogrid.mapping.pose import Pose, wrap_angle
 
+Point = tuple[float, float]
+"""x and y, m."""
+
 
 @dataclass(frozen=True, slots=True)
 class Goal:
@@ -14,6 +17,10 @@ class Goal:
     """rad, in the grid's frame (not from straight ahead)."""
     distance: float = inf
     """m; inf if it is a direction only."""
+    way: tuple[Point, ...] = ()
+    """Points (m, the grid's frame) of the way ahead, the nearest first, if there is a plan."""
+    near: float = inf
+    """m to the point of the way in that direction."""
 
 
 def towards(robot: Pose, x: float, y: float) -> Goal:

@@ -1,7 +1,7 @@
 """What a local grid says to a robot that must not hit anything: certainties, and what is not known."""
 
 from dataclasses import dataclass
-from math import cos, inf, sin
+from math import cos, inf, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,6 +75,19 @@ class View:
         (met,) = ((squared > 0.0) & (along > 0.0)).nonzero()
         ways = along.take(met) - np.sqrt(squared.take(met))
         return min(max(float(ways.min(initial=inf)), 0.0), self.window.horizon)
+
+    def fits(self, points: Floats, margin: float) -> Mask:
+        """(k,) whether the robot's disc, and a margin (m), can go straight to each of the points (k, 2)."""
+        x, y = self.window.x.take(self.hits) - self.offset[0], self.window.y.take(self.hits) - self.offset[1]
+        ahead = points - (self.robot.x, self.robot.y)
+        length = np.maximum(np.hypot(ahead[:, 0], ahead[:, 1]), 1e-9)[:, np.newaxis]
+        c, s = ahead[:, :1] / length, ahead[:, 1:] / length
+        along, across = c * x + s * y, c * y - s * x
+        beyond = np.maximum(along - length, 0.0)
+        keep = self.window.body.radius + margin + self.window.resolution / sqrt(2.0)
+        hit = (along > 0.0) & (beyond**2 + across**2 < keep**2)
+        fitting: Mask = ~hit.any(axis=1)
+        return fitting
 
     def free(self, heading: float, distance: float) -> bool:
         """Whether all that the robot's disc comes to newly on a way (m) straight there was seen free."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
-from math import hypot, pi
+from math import ceil, hypot, pi
 from zlib import crc32
 
 import numpy as np
@@ -15,6 +15,8 @@ from echogrid.emulation.shortest_path import Cell, Floor, traced
 from echogrid.emulation.vista import Point
 from echogrid.emulation.worlds.arena import Arena
 from echogrid.emulation.worlds.arenas import ARENAS
+from echogrid.mapping import pose as mapping_pose
+from echogrid.mapping.planning.floor_plan import SPACING, FloorPlan, Points, placed
 
 GOAL_M = 0.4
 """From the goal: within it the robot, which knows its place by its wheels alone, is there."""
@@ -31,12 +33,28 @@ class Course:
     """A task."""
 
     arena: Arena
+    floor: Floor
     start: Pose
     goal: Point
     shortest: float
     """m: of the shortest way that comes within GOAL_M of the goal."""
     begins_s: float
     """The world's own time at the start: people are somewhere on their ways."""
+
+    def floor_plan(self) -> FloorPlan:
+        """The walls and the floor that an architect draws, no posts, legs and people; as seen from the start."""
+        free = [self.floor.middle((int(row), int(col))) for row, col in np.argwhere(self.floor.free)]
+        back = mapping_pose.Pose(*self.start).inverse()
+        return FloorPlan(placed(_dotted(self.arena.world.walls), back), placed(np.array(free), back))
+
+
+def _dotted(walls: NDArray[np.float64]) -> Points:
+    """Points on walls (n, 4), from end to end."""
+    parts = []
+    for x0, y0, x1, y1 in walls.tolist():
+        count = ceil(hypot(x1 - x0, y1 - y0) / SPACING) + 1
+        parts.append(np.column_stack((np.linspace(x0, x1, count), np.linspace(y0, y1, count))))
+    return np.concatenate(parts)
 
 
 @lru_cache(maxsize=32)
@@ -78,7 +96,7 @@ def course(world: str, seed: int, reach: float) -> Course:
     goal = goals[int(rng.integers(len(goals)))]
     shortest = floor.tight([floor.middle(cell) for cell in traced(before, goal)]) - GOAL_M
     yaw = float(rng.uniform(-pi, pi))
-    return Course(arena, (*floor.middle(start), yaw), floor.middle(goal), shortest, begins_s)
+    return Course(arena, floor, (*floor.middle(start), yaw), floor.middle(goal), shortest, begins_s)
 
 
 def _cells(floor: Floor, chosen: NDArray[np.bool_], where: Iterable[Rectangle]) -> list[Cell]:

@@ -55,9 +55,9 @@ class Drive:
         )
         self._poses = PoseBuffer()
         config = replace(self.rig.config, loop=LoopConfig(CONTROL_HZ))
-        self._lookout = assembly.lookout(config)
         self._rangers = {seat.ranger.name: seat.ranger for seat in self.rig.seats}
-        self._pilot = pilots[job.pilot](Robot(self.rig.body.reach, config))
+        self._pilot = pilots[job.pilot](Robot(self.rig.body.reach, config, self.course.floor_plan()))
+        self._lookout = assembly.lookout(config, self._pilot.tracker)
         self._told: list[RangeReading] = []
         """Since the pilot's last step."""
         self._unplaced: list[RangeReading] = []
@@ -75,8 +75,14 @@ class Drive:
         outcome = ""
         while not outcome:
             self._step()
-            outcome = self._judge.outcome(self._odometry.pose)
+            outcome = self._judge.outcome(self._believed)
         return self._judge.verdict(outcome, self._pinging.fired)
+
+    @property
+    def _believed(self) -> Pose:
+        """Where the robot takes itself to be, as it started at zero."""
+        tracker = self._pilot.tracker
+        return tracker.pose if tracker else self._odometry.pose
 
     def _step(self) -> None:
         plant = self.plant

@@ -7,6 +7,8 @@ from typing import Protocol
 
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.placed_ping import PlacedPing
+from echogrid.mapping.planning.floor_plan import FloorPlan
+from echogrid.mapping.planning.tracking import PlanTracker
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.twist import Twist
 from echogrid.runtime.config import Config
@@ -20,6 +22,11 @@ class Pilot(Protocol):
     @property
     def guarded(self) -> bool:
         """Whether only the safe part of what it asks for is driven, as the service does it."""
+        ...
+
+    @property
+    def tracker(self) -> PlanTracker | None:
+        """Where it takes itself to be on its floor plan; None if it has none and goes by its wheels."""
         ...
 
     def hear(self, ping: PlacedPing) -> None:
@@ -39,6 +46,8 @@ class Robot:
     """m: nothing of it is farther from base_link."""
     config: Config
     """What its robot.toml says."""
+    plan: FloorPlan
+    """Of the place, in the frame in which the robot starts at zero."""
 
     @property
     def speed(self) -> float:

@@ -78,7 +78,7 @@ def _ring(count: int) -> Rig:
         RobotConfig(f"ring-{count}", motors.wheel_radius, motors.track, footprint=_round(_RADIUS_M)),
         sensor=sensors,
         drive=DriveConfig(motors.speed, degrees(motors.turn_rate), motors.acceleration),
-        local=LocalConfig(resolution_m=0.1),
+        local=LocalConfig(resolution_m=0.05),
         obstacle=ObstacleConfig(stop_distance_m=_STOPS_AT_M),
         avoid=AvoidConfig(unknown=Unknown.SLOW, deceleration_mps2=motors.acceleration),
     )

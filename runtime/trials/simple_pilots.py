@@ -56,6 +56,7 @@ class Blind:
 
     robot: Robot
     guarded: ClassVar[bool] = False
+    tracker: ClassVar[None] = None
 
     def hear(self, ping: PlacedPing) -> None:
         """It does not."""
@@ -77,6 +78,7 @@ class SingleScan:
 
     robot: Robot
     guarded: ClassVar[bool] = False
+    tracker: ClassVar[None] = None
     _echoes: dict[str, tuple[int, float, float]] = field(default_factory=dict)
     """Of each ranger: stamp, and place in the odom frame (m)."""
     _was: Pose | None = None

@@ -4,7 +4,9 @@ from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.placed_ping import PlacedPing
 from echogrid.mapping.planning.planner import Planner, Planning
 from echogrid.mapping.planning.terrain import Prices
-from echogrid.mapping.pose import Pose
+from echogrid.mapping.planning.tracking import PlanTracker
+from echogrid.mapping.pose import ORIGIN, Pose
+from echogrid.mapping.steering.follow import Follow
 from echogrid.mapping.steering.goal import towards
 from echogrid.mapping.steering.navigator import Moment
 from echogrid.mapping.steering.vff import Vff
@@ -23,7 +25,14 @@ class Steered:
 
     guarded = True
 
-    def __init__(self, way: making.Way, robot: Robot, planner: Planner | None = None) -> None:
+    def __init__(
+        self,
+        way: making.Way,
+        robot: Robot,
+        planner: Planner | None = None,
+        tracker: PlanTracker | None = None,
+    ) -> None:
+        self.tracker = tracker
         self._robot = robot
         self._navigator = making.navigator(robot.config, way)
         self._planner = planner
@@ -33,11 +42,13 @@ class Steered:
 
     def step(self, now_ns: int, local: LocalGrid, pose: Pose, twist: Twist, goal: Pose) -> Twist:
         """As the navigator says, until the goal is reached."""
-        there = towards(pose, goal.x, goal.y)
+        frame = self.tracker.drift if self.tracker else ORIGIN
+        here = frame.compose(pose)
+        there = towards(here, goal.x, goal.y)
         if there.distance < _ARRIVED:
             return STANDING
         if self._planner is not None:
-            there = self._planner.aim(local, pose, now_ns, (goal.x, goal.y))
+            there = self._planner.aim(local, here, now_ns, (goal.x, goal.y), frame)
         return self._navigator.steer(local, Moment(now_ns, pose, twist), there, self._robot.period_s).twist
 
 
@@ -58,6 +69,14 @@ def vfh_plus(robot: Robot) -> Steered:
 
 def planned(robot: Robot) -> Steered:
     """VFH+ towards the next stretch of a way that is planned over all that was seen so far."""
+    return Steered(VfhPlus, robot, Planner(_planning(robot)))
+
+
+def guided(robot: Robot) -> Steered:
+    """Along a way by a floor plan, on which the robot knows by its echoes where it is."""
+    return Steered(Follow, robot, Planner(_planning(robot), robot.plan), PlanTracker(robot.plan, Pose()))
+
+
+def _planning(robot: Robot) -> Planning:
     keep = robot.radius + robot.config.avoid.margin_m
-    planning = Planning(radius=robot.radius, prices=Prices(keep=keep))
-    return Steered(VfhPlus, robot, Planner(planning))
+    return Planning(radius=robot.radius, prices=Prices(keep=keep))
