@@ -21,16 +21,16 @@ _STRAYS = 0.25
 """m."""
 _SAME = 0.5
 """m: two echoes no farther from each other may be of one person."""
-_CLOSE = 1.0
+_CLOSE = 0.8
 """m from the robot: within it, what appears is taken for somebody. Farther away it is too vague where an echo
 came from."""
 _SPOT = 0.4
 """m around an echo that are one spot."""
-_STANDS_NS = 1_200_000_000
+_STANDS_NS = 1_300_000_000
 """What was heard at one spot for so long, ..."""
 _PAUSE_NS = 700_000_000
 """... never silent for longer, ..."""
-_KNOWN_NS = 30_000_000_000
+_KNOWN_NS = 15_000_000_000
 """... stands, and may be heard there anew for so long."""
 _FORGET_NS = 5_000_000_000
 """Other spots are forgotten after that."""
@@ -86,7 +86,9 @@ class Company:
             return
         at = ping.transducer.compose(Pose(distance))
         self._people = [each for each in self._people if each.is_near(now_ns)]
-        appeared = strange and self._appears(at, ping, distance)
+        if strange and self._stands(at, now_ns):
+            return
+        appeared = strange and self._is_close(ping, distance)
         known = min(self._people, key=lambda each: hypot(at.x - each.x, at.y - each.y), default=None)
         if known is not None and hypot(at.x - known.x, at.y - known.y) < _SAME:
             known.heard_ns, known.x, known.y = now_ns, at.x, at.y
@@ -112,15 +114,16 @@ class Company:
         slope = reaction_s + _WALKS / deceleration
         return deceleration * (sqrt(slope**2 + 2.0 * max(room, 0.0) / deceleration) - slope)
 
-    def _appears(self, at: Pose, ping: PlacedPing, distance: float) -> bool:
-        """Whether something close answers where nothing is known to stand."""
-        now_ns = ping.reading.stamp_ns
+    def _stands(self, at: Pose, now_ns: int) -> bool:
+        """Whether something is known to stand where something answers now."""
         self._spots = [spot for spot in self._spots if spot.is_known(now_ns)]
         here = [spot for spot in self._spots if hypot(at.x - spot.x, at.y - spot.y) < _SPOT]
         for spot in here:
             spot.hear(now_ns)
         if not here:
             self._spots.append(_Spot(now_ns, now_ns, at.x, at.y))
+        return any(spot.stands for spot in here)
+
+    def _is_close(self, ping: PlacedPing, distance: float) -> bool:
         echo = ping.ranger.mount.compose(Pose(distance))
-        close = hypot(echo.x, echo.y) - self._radius < _CLOSE
-        return close and not any(spot.stands for spot in here)
+        return hypot(echo.x, echo.y) - self._radius < _CLOSE

@@ -17,6 +17,9 @@ _SPARE = 0.01
 _NEAREST = 0.25
 """m: a point that is nearer says little of a direction."""
 
+_CLOSE = 0.08
+"""m: but where it is too narrow for the others, it has to do."""
+
 
 class Follow:
     """Heads for the farthest point of the way that is straight ahead of it, with its whole margin if it can."""
@@ -42,11 +45,11 @@ class Follow:
 
     def _ahead(self, view: View, way: tuple[Point, ...]) -> Point | None:
         """The farthest point that can be driven to straight."""
-        robot, body = view.robot, view.window.body
-        last = hypot(way[-1][0] - robot.x, way[-1][1] - robot.y)
-        points = [p for p in way if hypot(p[0] - robot.x, p[1] - robot.y) >= min(_NEAREST, last)]
-        for margin in (body.margin, min(_SPARE, body.margin)):
-            (fitting,) = view.fits(np.array(points), margin).nonzero()
+        robot, margin = view.robot, view.window.body.margin
+        away = [hypot(x - robot.x, y - robot.y) for x, y in way]
+        for least, kept in ((_NEAREST, margin), (_NEAREST, min(_SPARE, margin)), (_CLOSE, 0.0)):
+            points = [point for point, far in zip(way, away, strict=True) if far >= min(least, away[-1])]
+            (fitting,) = view.fits(np.array(points), kept).nonzero()
             if len(fitting):
                 return points[fitting[-1]]
         return None
