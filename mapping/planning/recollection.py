@@ -12,6 +12,8 @@ from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.planning.floor_plan import FloorPlan
 from echogrid.mapping.pose import ORIGIN, Pose
 
+_MOST = 100
+"""Times that are counted."""
 _BLOCK = 32
 """Cells by which it grows, so that it need not each time."""
 
@@ -33,10 +35,15 @@ class Remembering:
     sound that strikes a wall aslant goes astray, and tells of free space behind it ..."""
     firmness: int = 60
     """... but no more times than that in all."""
+    patience: int = 1
+    """An obstacle must have been there so many times in a row to be remembered: who knows the walls need not
+    believe in all that passes by."""
 
     def __post_init__(self) -> None:
         if not (self.free < 0 < self.obstacle and 1 <= self.sighting <= self.firmness <= 63):
             raise ValueError("free must lie below 0, obstacle above it, and 1 <= sighting <= firmness <= 63")
+        if not 1 <= self.patience <= _MOST:
+            raise ValueError(f"patience must lie in 1...{_MOST}")
 
 
 class Recollection:
@@ -53,6 +60,8 @@ class Recollection:
         """Row and column of the first cell, counted from the origin of the odom frame."""
         self.belief: NDArray[np.int8] = np.zeros((_BLOCK, _BLOCK), np.int8)
         self._held: NDArray[np.bool_] = np.zeros((_BLOCK, _BLOCK), np.bool_)
+        self._lasting: NDArray[np.int8] = np.zeros((_BLOCK, _BLOCK), np.int8)
+        """How many times in a row an obstacle has been there."""
         self._built: NDArray[np.bool_] = np.zeros((_BLOCK, _BLOCK), np.bool_)
         """Where walls stand by a plan: these stay."""
 
@@ -68,7 +77,7 @@ class Recollection:
         pads = [self._padding(axis, low, high) for axis, (low, high) in enumerate(ends)]
         if any(pad != (0, 0) for pad in pads):
             self.belief, self._held = np.pad(self.belief, pads), np.pad(self._held, pads)
-            self._built = np.pad(self._built, pads)
+            self._built, self._lasting = np.pad(self._built, pads), np.pad(self._lasting, pads)
             self._corner = (self._corner[0] - pads[0][0], self._corner[1] - pads[1][0])
 
     def _padding(self, axis: int, low: float, high: float) -> tuple[int, int]:
@@ -109,6 +118,8 @@ class Recollection:
     def _learn(self, obstacle: NDArray[np.bool_], free: NDArray[np.bool_], wholly: NDArray[np.bool_]) -> None:
         belief, keep = self.belief, self._remembering
         remembered = belief > 0
+        self._lasting = np.where(obstacle, np.minimum(self._lasting, _MOST - 1) + 1, 0).astype(np.int8)
+        obstacle &= self._lasting >= keep.patience
         belief[obstacle] = np.minimum(np.maximum(belief[obstacle], 0) + keep.sighting, keep.firmness)
         worn = free & wholly & remembered & ~self._built
         belief[worn] -= 1
