@@ -51,6 +51,6 @@ class Navigator:
         last one."""
         view = self._obstacles.view(local, moment.robot, moment.now_ns)
         decision = self._steering.steer(view, moment.twist.speed, goal)
-        wish = self.recovery.wish(moment.now_ns, view, decision, moment.twist.speed)
+        wish = self.recovery.wish(moment.now_ns, view, decision, moment.twist)
         wish = wish if wish is not None else self._pace.wish(view, decision)
         return Course(self._limits.reach(wish, moment.twist, elapsed_s), decision)

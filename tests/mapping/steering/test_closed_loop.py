@@ -51,7 +51,7 @@ def drive(steering: Steering, walls: np.ndarray, start: Pose, goal: tuple[float,
         paint(local, walls, robot, now_ns)
         view, target = obstacles.view(local, robot, now_ns), towards(robot, *goal)
         decision = steering.steer(view, twist.speed, target)
-        wish = recovery.wish(now_ns, view, decision, twist.speed) or pace.wish(view, decision)
+        wish = recovery.wish(now_ns, view, decision, twist) or pace.wish(view, decision)
         twist = LIMITS.reach(wish, twist, STEP_S)
         robot = robot.compose(Pose(twist.speed * STEP_S, 0.0, twist.turn_rate * STEP_S))
         way.append(robot)

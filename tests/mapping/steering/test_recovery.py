@@ -54,7 +54,7 @@ class Drive:
 
     def step(self, decision: Decision) -> Twist | None:
         """Ask, and obey within the limits."""
-        wish = self.recovery.wish(self.now_ns, self.view(), decision, self.twist.speed)
+        wish = self.recovery.wish(self.now_ns, self.view(), decision, self.twist)
         self.twist = LIMITS.reach(wish or Twist(), self.twist, STEP_S)
         self.robot = self.robot.compose(Pose(self.twist.speed * STEP_S, 0.0, self.twist.turn_rate * STEP_S))
         self.now_ns += STEP
@@ -208,16 +208,54 @@ def test_a_robot_that_does_not_turn_as_it_is_told_gives_up_after_a_while() -> No
     recovery, view, now_ns = Recovery(LIMITS), view_of([], facing(2.0)), NOW
     stages = []
     while now_ns < NOW + 200 * SECOND:
-        recovery.wish(now_ns, view, blocked([0.0] + [1.0] * 71), 0.3)
+        recovery.wish(now_ns, view, blocked([0.0] + [1.0] * 71), Twist(0.3, 0.5))
         stages.append(recovery.stage)
         now_ns += STEP
     assert stages[-1] is Stage.STUCK
 
 
+def test_who_may_not_turn_goes_on_at_once() -> None:
+    recovery, view, now_ns = Recovery(LIMITS), view_of([], facing(2.0)), NOW
+    stages = []
+    while now_ns < NOW + 4 * SECOND:
+        recovery.wish(now_ns, view, blocked([0.0] + [1.0] * 71), Twist())
+        stages.append(recovery.stage)
+        now_ns += STEP
+    assert stages.count(Stage.TURN) == PATIENCE.held_ns // STEP
+    assert stages[-1] is Stage.BACK
+
+
+@pytest.mark.parametrize("cell", [(0, -1), (1, -1), (-1, -1)])
+def test_what_is_touched_from_behind_is_left_ahead(cell: tuple[int, int]) -> None:
+    drive = Drive(local_grid([(*cell, 2000)]))
+    assert drive.view().touching
+    touching = replace(blocked([0.0] + [1.0] * 71), why=Why.TOUCHING)
+    for stage in drive.run(touching, LONGEST_S):
+        if drive.twist.speed > 0.0:
+            assert stage is Stage.AHEAD
+        if not drive.view().touching:
+            break
+    assert not drive.view().touching
+    assert drive.robot.x > MIDDLE.x
+
+
+@settings(max_examples=20)
+@given(patchy(), headings, densities)
+def test_it_goes_ahead_only_where_nothing_is_and_only_from_what_it_touches(
+    local: LocalGrid, yaw: float, density: list[float]
+) -> None:
+    drive = Drive(local, yaw)
+    touching = replace(blocked(density), why=Why.TOUCHING)
+    for _ in range(round(40.0 / STEP_S)):
+        wish = drive.step(touching)
+        if wish is not None and wish.speed > 0.0:
+            assert drive.view().clearance(drive.robot.yaw) >= PATIENCE.room - 0.01
+
+
 def test_a_slow_robot_backs_off_no_faster_than_it_may() -> None:
     recovery = Recovery(Limits(speed=0.02))
     view = view_of([], MIDDLE)
-    wishes = [recovery.wish(NOW + step * STEP, view, blocked(), 0.0) for step in range(400)]
+    wishes = [recovery.wish(NOW + step * STEP, view, blocked(), Twist()) for step in range(400)]
     speeds = {wish.speed for wish in wishes if wish is not None}
     assert min(speeds, default=inf) == -0.02
 
