@@ -147,10 +147,9 @@ class Lookout:
         reasons = {ahead.reason} if ahead.reason else set()
         if self._stop.must_stop(now_ns):
             reasons.add(StopReason.NEAR)
-        if self._stop.silent(now_ns):
-            reasons.add(StopReason.SILENT)
-        if self._stop.unheard():
-            reasons.add(StopReason.UNKNOWN)
+        if self._readers.unknown is not Unknown.SLOW:
+            reasons |= {StopReason.SILENT} if self._stop.silent(now_ns) else set()
+            reasons |= {StopReason.UNKNOWN} if self._stop.unheard() else set()
         return reasons
 
     def _met(self, robot: Pose, now_ns: int) -> float:
