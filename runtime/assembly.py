@@ -22,8 +22,8 @@ from echogrid.mapping.long_term_map import LongTermMap
 from echogrid.mapping.lookout import Lookout, Readers
 from echogrid.mapping.mapper import Mapper
 from echogrid.mapping.odometry import Odometry
-from echogrid.mapping.pose import Pose
 from echogrid.mapping.planning.tracking import PlanTracker
+from echogrid.mapping.pose import Pose
 from echogrid.mapping.pose_buffer import PoseBuffer
 from echogrid.mapping.sonar_model import Form, SonarModel
 from echogrid.mapping.stop_layer import StopLayer, StopZone
