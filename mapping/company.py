@@ -98,7 +98,7 @@ class Company:
             self._people.append(_Somebody(now_ns, at.x, at.y, (now_ns, at.x, at.y)))
 
     def limit(self, now_ns: int, robot: Pose, reaction_s: float, deceleration: float) -> float:
-        """m/s from which the robot, whose wheels heed it `reaction_s` later, stands before anybody who is near
+        """m/s from which the robot, whose wheels heed it `reaction_s` later, stands before anybody near
         could be there; inf if nobody is.
 
         v t + v^2/2a for the robot, w (t + v/a) for the person: together no more than the gap between them.

@@ -125,8 +125,8 @@ class LocalGrid:
         stamp_ns: int,
         known: bool = False,
     ) -> None:
-        """Fuse a ping sent from `transducer` (odom frame). The echo of a `known` wall speaks of what is before
-        it: where the wall stands is known better."""
+        """Fuse a ping sent from `transducer` (odom frame). The echo of a `known` wall tells what is
+        before it: where the wall stands is known better."""
         if echo_distance is not None or (ranger.no_echo or self._no_echo) is not NoEcho.IGNORE:
             self._waiting.append(_Ping(transducer, ranger, echo_distance, stamp_ns, known))
 

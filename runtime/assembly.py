@@ -82,7 +82,10 @@ def fusion(config: Config) -> Fusion:
 
 
 def lookout(config: Config, tracker: PlanTracker | None = None) -> Lookout:
-    """What looks for obstacles, where there is a floor plan by its walls, too. Raises ConfigError if it could not look beyond the robot itself."""
+    """What looks for obstacles; with a floor plan its walls are known.
+
+    Raises ConfigError if it could not look beyond the robot itself.
+    """
     cells = round(config.local.size_m / config.local.resolution_m)
     local = LocalGrid(
         config.local.resolution_m, cells, config.map.tolerance_m, config.local.fade_s, config.map.no_echo

@@ -60,7 +60,8 @@ class Route:
     def ahead(self, here: Point, most: float) -> Floats:
         """(k, 2) its points from here on, for `most` m of way; at least one."""
         first = min(self.after(here) + 1, len(self.points) - 1)
-        return self.points[first:][self.lengths[first] - self.lengths[first:] <= most]
+        ahead: Floats = self.points[first:][self.lengths[first] - self.lengths[first:] <= most]
+        return ahead
 
     def _point(self, number: int) -> Point:
         return self.points.item(number, 0), self.points.item(number, 1)

@@ -16,7 +16,7 @@ from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.mapping.verification import heard_at
 
 _AROUND = tan(radians(28.0))
-"""A wall answers at right angles: if something that stands so much farther aside is nearer, it was not that."""
+"""A wall answers at right angles: if something so much farther aside is nearer, it was not that."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ _CLOSE = 0.08
 
 
 class Follow:
-    """Heads for the farthest point of the way that is straight ahead of it, with its whole margin if it can."""
+    """Heads for the farthest point of the way to which it fits straight, with its whole margin if it can."""
 
     def __init__(self, window: Window, limits: Limits) -> None:
         self._around = VfhPlus(window, limits)
@@ -51,5 +51,5 @@ class Follow:
             points = [point for point, far in zip(way, away, strict=True) if far >= min(least, away[-1])]
             (fitting,) = view.fits(np.array(points), kept).nonzero()
             if len(fitting):
-                return points[fitting[-1]]
+                return points[int(fitting[-1])]
         return None

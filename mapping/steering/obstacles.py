@@ -86,8 +86,7 @@ class View:
         beyond = np.maximum(along - length, 0.0)
         keep = self.window.body.radius + margin + self.window.resolution / sqrt(2.0)
         hit = (along > 0.0) & (beyond**2 + across**2 < keep**2)
-        fitting: Mask = ~hit.any(axis=1)
-        return fitting
+        return np.logical_not(hit.any(axis=1))
 
     def free(self, heading: float, distance: float) -> bool:
         """Whether all that the robot's disc comes to newly on a way (m) straight there was seen free."""

@@ -15,8 +15,8 @@ from echogrid.emulation.shortest_path import Cell, Floor, traced
 from echogrid.emulation.vista import Point
 from echogrid.emulation.worlds.arena import Arena
 from echogrid.emulation.worlds.arenas import ARENAS
-from echogrid.mapping import pose as mapping_pose
 from echogrid.mapping.planning.floor_plan import SPACING, FloorPlan, Points, placed
+from echogrid.mapping.pose import Pose as Frame
 
 GOAL_M = 0.4
 """From the goal: within it the robot, which knows its place by its wheels alone, is there."""
@@ -42,9 +42,9 @@ class Course:
     """The world's own time at the start: people are somewhere on their ways."""
 
     def floor_plan(self) -> FloorPlan:
-        """The walls and the floor that an architect draws, no posts, legs and people; as seen from the start."""
+        """What an architect draws: walls and floor, no posts, legs or people; as seen from the start."""
         free = [self.floor.middle((int(row), int(col))) for row, col in np.argwhere(self.floor.free)]
-        back = mapping_pose.Pose(*self.start).inverse()
+        back = Frame(*self.start).inverse()
         return FloorPlan(placed(_dotted(self.arena.world.walls), back), placed(np.array(free), back))
 
 
