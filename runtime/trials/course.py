@@ -13,6 +13,7 @@ from echogrid.emulation.floor_plan import Rectangle
 from echogrid.emulation.reflectors import Pose
 from echogrid.emulation.shortest_path import Cell, Floor, traced
 from echogrid.emulation.vista import Point
+from echogrid.emulation.world import World
 from echogrid.emulation.worlds.arena import Arena
 from echogrid.emulation.worlds.arenas import ARENAS
 from echogrid.mapping.planning.floor_plan import SPACING, FloorPlan, Points, placed
@@ -33,7 +34,6 @@ class Course:
     """A task."""
 
     arena: Arena
-    floor: Floor
     start: Pose
     goal: Point
     shortest: float
@@ -41,9 +41,13 @@ class Course:
     begins_s: float
     """The world's own time at the start: people are somewhere on their ways."""
 
-    def floor_plan(self) -> FloorPlan:
-        """What an architect draws: walls and floor, no posts, legs or people; as seen from the start."""
-        free = [self.floor.middle((int(row), int(col))) for row, col in np.argwhere(self.floor.free)]
+    def floor_plan(self, reach: float) -> FloorPlan:
+        """What an architect draws: walls and floor, no posts, legs or people; as seen from the start.
+
+        Of the floor, where a robot can be of which nothing is farther than `reach` (m) from its middle.
+        """
+        floor = _floor(self.arena.world, reach + MARGIN_M)
+        free = [floor.middle((int(row), int(col))) for row, col in np.argwhere(floor.free)]
         back = Frame(*self.start).inverse()
         return FloorPlan(placed(_dotted(self.arena.world.walls), back), placed(np.array(free), back))
 
@@ -64,10 +68,15 @@ def arena_of(world: str) -> Arena:
 
 
 @lru_cache(maxsize=32)
+def _floor(world: World, radius: float) -> Floor:
+    return Floor.of(world, radius)
+
+
+@lru_cache(maxsize=32)
 def _plan(world: str, radius: float) -> tuple[Floor, NDArray[np.bool_]]:
     """The floor, and which of it can be reached from its inside."""
     arena = arena_of(world)
-    floor = Floor.of(arena.world, radius)
+    floor = _floor(arena.world, radius)
     lengths, _ = floor.lengths_from(floor.cell(arena.inside))
     return floor, np.isfinite(lengths)
 
@@ -96,7 +105,7 @@ def course(world: str, seed: int, reach: float) -> Course:
     goal = goals[int(rng.integers(len(goals)))]
     shortest = floor.tight([floor.middle(cell) for cell in traced(before, goal)]) - GOAL_M
     yaw = float(rng.uniform(-pi, pi))
-    return Course(arena, floor, (*floor.middle(start), yaw), floor.middle(goal), shortest, begins_s)
+    return Course(arena, (*floor.middle(start), yaw), floor.middle(goal), shortest, begins_s)
 
 
 def _cells(floor: Floor, chosen: NDArray[np.bool_], where: Iterable[Rectangle]) -> list[Cell]:

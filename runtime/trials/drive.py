@@ -56,7 +56,8 @@ class Drive:
         self._poses = PoseBuffer()
         config = replace(self.rig.config, loop=LoopConfig(CONTROL_HZ))
         self._rangers = {seat.ranger.name: seat.ranger for seat in self.rig.seats}
-        self._pilot = pilots[job.pilot](Robot(self.rig.body.reach, config, self.course.floor_plan()))
+        reach = self.rig.body.reach
+        self._pilot = pilots[job.pilot](Robot(reach, config, lambda: self.course.floor_plan(reach)))
         self._lookout = assembly.lookout(config, self._pilot.tracker)
         self._told: list[RangeReading] = []
         """Since the pilot's last step."""

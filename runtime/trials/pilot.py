@@ -46,8 +46,8 @@ class Robot:
     """m: nothing of it is farther from base_link."""
     config: Config
     """What its robot.toml says."""
-    plan: FloorPlan
-    """Of the place, in the frame in which the robot starts at zero."""
+    floor_plan: Callable[[], FloorPlan]
+    """Of the place, in the frame in which the robot starts at zero; for who asks for it."""
 
     @property
     def speed(self) -> float:

@@ -75,8 +75,9 @@ def planned(robot: Robot) -> Steered:
 
 def guided(robot: Robot) -> Steered:
     """Along a way by a floor plan, on which the robot knows by its echoes where it is."""
-    planner = Planner(_planning(robot, Remembering(patience=12)), robot.plan)
-    return Steered(Follow, robot, planner, PlanTracker(robot.plan, Pose()))
+    plan = robot.floor_plan()
+    planner = Planner(_planning(robot, Remembering(patience=12)), plan)
+    return Steered(Follow, robot, planner, PlanTracker(plan, Pose()))
 
 
 def _planning(robot: Robot, remembering: Remembering) -> Planning:

@@ -104,8 +104,10 @@ def test_who_walks_up_to_the_robot_stops_it_both_ways_until_a_while_later() -> N
         assert (view.reason, view.allowed) == (StopReason.NEAR, STANDING)
     turn = Twist(0.0, 0.5)
     assert around.view(turn, later_ns=300 * MS).allowed == turn
-    around.local.seen_ns[:] = NOW + SECOND
-    assert around.view(BACK, later_ns=SECOND).allowed == BACK
+    later_ns = 2 * SECOND
+    around.local.seen_ns[:] = NOW + later_ns
+    around.lookout.hear([RangeReading(NOW + later_ns, 0, "back", Outcome.NO_ECHO, 0.0)], NOW + later_ns)
+    assert around.view(BACK, later_ns=later_ns).allowed == BACK
 
 
 @pytest.mark.parametrize("twist", [Twist(5e-324), Twist(0.0, 5e-324), Twist(-1e-310, 1e-310)])
