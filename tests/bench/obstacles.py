@@ -47,6 +47,7 @@ def rows() -> Iterator[Row]:
         "cell by cell",
         least_us(once(lambda: naive_sensor.sectors(local, ROBOT, NOW, 16, 2.0))),
     )
+    yield Row("of which what is ahead, alone", least_us(repeated(lambda: sensor.ahead(local, ROBOT, NOW))))
     path = PathSensor(BOX, PathSight(unknown=Unknown.CLEAR), RESOLUTION, CELLS)
     for name, twist in TWISTS.items():
         times = [k * 0.05 / 0.5 for k in range(40)]  # 5 cm a step: much coarser than what it is beside
