@@ -37,8 +37,8 @@ def test_it_comes_to_the_goal_and_the_same_seed_gives_the_same_bits(drive_past) 
     first, again, other = (drive_past(job=job).done() for job in (JOB, JOB, replace(JOB, seed=2)))
     assert first.outcome == "reached"
     assert not first.bumps
-    assert 1.6 < first.travelled < 2.2
-    assert first.spl > 0.8
+    assert 1.6 < first.travelled < 2.4
+    assert first.spl > 0.75
     assert first.goal_error < 0.5
     assert first.pings > 50.0 * (first.time_s - 2.0)
     assert 0.02 < first.latency_s[0] < first.latency_s[1] < 0.2
