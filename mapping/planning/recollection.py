@@ -88,13 +88,11 @@ class Recollection:
 
     def study(self, plan: FloorPlan) -> None:
         """Take over a plan, in whose frame the memory then is; its walls are not forgotten."""
-        for points in (plan.free, plan.walls):
-            if len(points):
-                for x, y in (
-                    *points.min(axis=0, keepdims=True).tolist(),
-                    *points.max(axis=0, keepdims=True).tolist(),
-                ):
-                    self.cover(x, y, self._resolution)
+        points = np.concatenate((plan.free, plan.walls))
+        if not len(points):
+            return
+        for x, y in (points.min(axis=0), points.max(axis=0)):
+            self.cover(float(x), float(y), self._resolution)
         self.belief.ravel()[self._beneath(plan.free)] = -1
         self._built.ravel()[self._beneath(plan.walls)] = True
         self.belief[self._built] = self._remembering.firmness
