@@ -21,7 +21,7 @@ _STRAYS = 0.25
 """m."""
 _SAME = 0.5
 """m: two echoes no farther from each other may be of one person."""
-_CLOSE = 1.2
+_CLOSE = 1.6
 """m from the robot: within it, what appears is taken for somebody. Farther away it is too vague where an echo
 came from."""
 _SPOT = 0.4
