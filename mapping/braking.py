@@ -26,4 +26,5 @@ def speed_limit(free: float, latency_s: float, brakes: Brakes) -> float:
         return 0.0
     # The root of v^2 / (2 a) + v t = left, in the form that does not cancel.
     slow = brakes.deceleration * latency_s
-    return 2.0 * brakes.deceleration * left / (slow + sqrt(slow**2 + 2.0 * brakes.deceleration * left))
+    root = slow + sqrt(slow**2 + 2.0 * brakes.deceleration * left)
+    return 2.0 * brakes.deceleration * left / root if root else 0.0
