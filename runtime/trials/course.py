@@ -41,15 +41,17 @@ class Course:
     begins_s: float
     """The world's own time at the start: people are somewhere on their ways."""
 
-    def floor_plan(self, reach: float) -> FloorPlan:
-        """What an architect draws: walls and floor, no posts, legs or people; as seen from the start.
+    def floor_plan(self, reach: float, furnished: bool) -> FloorPlan:
+        """What an architect draws, walls and floor, and if it is `furnished` posts and legs, too; no people.
 
-        Of the floor, where a robot can be of which nothing is farther than `reach` (m) from its middle.
+        As seen from the start; of the floor, where a robot can be that reaches `reach` (m) from its middle.
         """
-        floor = _floor(self.arena.world, reach + MARGIN_M)
+        world = self.arena.world
+        stands = [_dotted(world.walls), *(_rim(*post) for post in world.cylinders.tolist() if furnished)]
+        floor = _floor(world, reach + MARGIN_M)
         free = [floor.middle((int(row), int(col))) for row, col in np.argwhere(floor.free)]
         back = Frame(*self.start).inverse()
-        return FloorPlan(placed(_dotted(self.arena.world.walls), back), placed(np.array(free), back))
+        return FloorPlan(placed(np.concatenate(stands), back), placed(np.array(free), back))
 
 
 def _dotted(walls: NDArray[np.float64]) -> Points:
@@ -59,6 +61,13 @@ def _dotted(walls: NDArray[np.float64]) -> Points:
         count = ceil(hypot(x1 - x0, y1 - y0) / SPACING) + 1
         parts.append(np.column_stack((np.linspace(x0, x1, count), np.linspace(y0, y1, count))))
     return np.concatenate(parts)
+
+
+def _rim(x: float, y: float, radius: float) -> Points:
+    """Points around a post."""
+    angles = np.arange(max(ceil(2.0 * pi * radius / SPACING), 8)) * 2.0 * pi
+    angles /= len(angles)
+    return np.column_stack((x + radius * np.cos(angles), y + radius * np.sin(angles)))
 
 
 @lru_cache(maxsize=32)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 from echogrid.drivers.readings import RangeReading
 from echogrid.emulation.hearing import Outing
@@ -57,7 +58,7 @@ class Drive:
         config = replace(self.rig.config, loop=LoopConfig(CONTROL_HZ))
         self._rangers = {seat.ranger.name: seat.ranger for seat in self.rig.seats}
         reach = self.rig.body.reach
-        self._pilot = pilots[job.pilot](Robot(reach, config, lambda: self.course.floor_plan(reach)))
+        self._pilot = pilots[job.pilot](Robot(reach, config, partial(self.course.floor_plan, reach)))
         self._lookout = assembly.lookout(config, self._pilot.tracker)
         self._told: list[RangeReading] = []
         """Since the pilot's last step."""

@@ -46,8 +46,8 @@ class Robot:
     """m: nothing of it is farther from base_link."""
     config: Config
     """What its robot.toml says."""
-    floor_plan: Callable[[], FloorPlan]
-    """Of the place, in the frame in which the robot starts at zero; for who asks for it."""
+    floor_plan: Callable[[bool], FloorPlan]
+    """Of the place, in the frame in which the robot starts at zero; furnished or not."""
 
     @property
     def speed(self) -> float:

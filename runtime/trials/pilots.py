@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from echogrid.runtime.trials.pilot import Hiring
 from echogrid.runtime.trials.simple_pilots import Blind, SingleScan
-from echogrid.runtime.trials.steered_pilots import guided, planned, vff, vfh, vfh_plus
+from echogrid.runtime.trials.steered_pilots import guided, mapped, planned, vff, vfh, vfh_plus
 
 PILOTS: Mapping[str, Hiring] = {
     "blind": Blind,
@@ -14,4 +14,5 @@ PILOTS: Mapping[str, Hiring] = {
     "vfh-plus": vfh_plus,
     "planned": planned,
     "guided": guided,
+    "mapped": mapped,
 }

@@ -2,6 +2,7 @@
 
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.placed_ping import PlacedPing
+from echogrid.mapping.planning.floor_plan import FloorPlan
 from echogrid.mapping.planning.planner import Planner, Planning
 from echogrid.mapping.planning.recollection import Remembering
 from echogrid.mapping.planning.terrain import Prices
@@ -74,8 +75,16 @@ def planned(robot: Robot) -> Steered:
 
 
 def guided(robot: Robot) -> Steered:
-    """Along a way by a floor plan, on which the robot knows by its echoes where it is."""
-    plan = robot.floor_plan()
+    """Along a way by an architect's plan, on which the robot knows by its echoes where it is."""
+    return _by(robot.floor_plan(False), robot)
+
+
+def mapped(robot: Robot) -> Steered:
+    """The same by a map of all that stands."""
+    return _by(robot.floor_plan(True), robot)
+
+
+def _by(plan: FloorPlan, robot: Robot) -> Steered:
     planner = Planner(_planning(robot, Remembering(patience=12)), plan)
     return Steered(Follow, robot, planner, PlanTracker(plan, Pose()))
 

@@ -20,7 +20,7 @@ from echogrid.runtime.trials.simple_pilots import Blind, SingleScan
 
 CONFIG = RIGS["ring-16"]().config
 NO_PLAN = FloorPlan(np.zeros((0, 2)), np.zeros((0, 2)))
-ROBOT = Robot(0.22, replace(CONFIG, drive=DriveConfig(0.5, degrees(1.5))), lambda: NO_PLAN)
+ROBOT = Robot(0.22, replace(CONFIG, drive=DriveConfig(0.5, degrees(1.5))), lambda _furnished: NO_PLAN)
 LOCAL = assembly.lookout(CONFIG).local
 GOAL = Pose(5.0, 0.0)
 HERE = Pose()
