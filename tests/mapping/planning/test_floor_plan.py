@@ -10,7 +10,7 @@ from pytest import approx
 from echogrid.mapping.planning.floor_plan import FloorPlan, Points, placed
 from echogrid.mapping.pose import Pose
 
-from ..strategies import poses
+from .rooms import poses
 
 NONE: Points = np.empty((0, 2))
 places = st.tuples(st.floats(-8.0, 8.0), st.floats(-8.0, 8.0))
