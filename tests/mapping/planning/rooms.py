@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 from math import ceil, cos, hypot, pi, radians, sin
 
 import numpy as np
-from hypothesis import strategies as st
 
 from echogrid.drivers.readings import Outcome, RangeReading
 from echogrid.emulation.hearing import Outing, scene_of
@@ -48,11 +47,6 @@ def dotted(walls: np.ndarray = WALLS) -> FloorPlan:
 
 
 PLAN = dotted()
-
-
-def poses(reach: float = 5.0) -> st.SearchStrategy[Pose]:
-    """Anywhere within a square; the yaw may be several turns."""
-    return st.builds(Pose, st.floats(-reach, reach), st.floats(-reach, reach), st.floats(-20.0, 20.0))
 
 
 @dataclass(frozen=True)

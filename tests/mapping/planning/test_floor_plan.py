@@ -6,11 +6,10 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from pytest import approx
+from tests.mapping.strategies import poses
 
 from echogrid.mapping.planning.floor_plan import FloorPlan, Points, placed
 from echogrid.mapping.pose import Pose
-
-from .rooms import poses
 
 NONE: Points = np.empty((0, 2))
 places = st.tuples(st.floats(-8.0, 8.0), st.floats(-8.0, 8.0))

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from pytest import approx
+from tests.mapping.strategies import poses
 
 from echogrid.drivers.readings import Outcome, RangeReading
 from echogrid.mapping.placed_ping import PlacedPing
@@ -15,7 +16,7 @@ from echogrid.mapping.planning.tracking import PlanTracker, Trust
 from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.mapping.ranger import Ranger
 
-from .rooms import PLAN, RING, START, Wheels, drive, poses
+from .rooms import PLAN, RING, START, Wheels, drive
 
 AHEAD = Ranger("ahead", Pose(), radians(15.0), 0.15, 4.0)
 TRUST = Trust()
