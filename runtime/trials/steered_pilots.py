@@ -2,9 +2,7 @@
 
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.placed_ping import PlacedPing
-from echogrid.mapping.planning.planner import Planner, Planning
-from echogrid.mapping.planning.recollection import Remembering
-from echogrid.mapping.planning.terrain import Prices
+from echogrid.mapping.planning.planner import Planner
 from echogrid.mapping.planning.tracking import PlanTracker
 from echogrid.mapping.pose import ORIGIN, Pose
 from echogrid.mapping.steering.follow import Follow
@@ -70,15 +68,10 @@ def vfh_plus(robot: Robot) -> Steered:
 
 def planned(robot: Robot) -> Steered:
     """VFH+ towards the next stretch of a way that is planned over all that was seen so far."""
-    return Steered(VfhPlus, robot, Planner(_planning(robot, Remembering())))
+    return Steered(VfhPlus, robot, making.planner(robot.config, robot.radius))
 
 
 def guided(robot: Robot) -> Steered:
     """Along a way by a floor plan, on which the robot knows by its echoes where it is."""
-    planner = Planner(_planning(robot, Remembering(patience=12)), robot.plan)
+    planner = making.planner(robot.config, robot.radius, robot.plan)
     return Steered(Follow, robot, planner, PlanTracker(robot.plan, Pose()))
-
-
-def _planning(robot: Robot, remembering: Remembering) -> Planning:
-    keep = robot.radius + robot.config.avoid.margin_m
-    return Planning(radius=robot.radius, prices=Prices(keep=keep), remembering=remembering)
