@@ -31,10 +31,8 @@ class Guide:
         """Where the robot is on the map, and the standard deviations of that."""
         pose, (x, y, yaw) = self.tracker.pose, self.tracker.deviation
         return {
-            "pose": {
-                "x_m": round(pose.x, 3),
-                "y_m": round(pose.y, 3),
-                "yaw_deg": round(degrees(pose.yaw), 2),
-            },
+            "x_m": round(pose.x, 3),
+            "y_m": round(pose.y, 3),
+            "yaw_deg": round(degrees(pose.yaw), 2),
             "deviation": {"x_m": round(x, 4), "y_m": round(y, 4), "yaw_deg": round(degrees(yaw), 3)},
         }

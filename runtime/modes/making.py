@@ -46,7 +46,7 @@ def goto(config: Config, x: float, y: float) -> Goto:
 
 def goto_on(config: Config, plan: FloorPlan, start: Pose, x: float, y: float) -> Goto:
     """Towards a point (m) of a floor plan, on which the robot starts at that pose."""
-    guide = Guide(PlanTracker(plan, start), planner(config, footprint(config).reach, plan))
+    guide = Guide(PlanTracker(plan, start), planner(body(config), plan))
     return Goto(navigator(config, Follow), x, y, guide)
 
 
@@ -64,11 +64,11 @@ def navigator(config: Config, way: Way = VfhPlus) -> Navigator:
     return Navigator(way(window, limits(config)), obstacles, limits(config))
 
 
-def planner(config: Config, radius: float, plan: FloorPlan | None = None) -> Planner:
-    """For that robot, as a disc (m). Who has a plan believes only in what stays."""
+def planner(outline: Body, plan: FloorPlan | None = None) -> Planner:
+    """For a robot as a disc, and what it keeps. Who has a plan believes only in what stays."""
     remembering = Remembering(patience=_PATIENCE) if plan else Remembering()
-    prices = Prices(keep=radius + config.avoid.margin_m)
-    return Planner(Planning(radius=radius, prices=prices, remembering=remembering), plan)
+    prices = Prices(keep=outline.radius + outline.margin)
+    return Planner(Planning(radius=outline.radius, prices=prices, remembering=remembering), plan)
 
 
 def body(config: Config) -> Body:

@@ -11,6 +11,7 @@ from echogrid.mapping.steering.navigator import Moment
 from echogrid.mapping.steering.vff import Vff
 from echogrid.mapping.steering.vfh import Vfh
 from echogrid.mapping.steering.vfh_plus import VfhPlus
+from echogrid.mapping.steering.window import Body
 from echogrid.mapping.twist import Twist
 from echogrid.runtime.modes import making
 from echogrid.runtime.trials.pilot import STANDING, Robot
@@ -68,10 +69,14 @@ def vfh_plus(robot: Robot) -> Steered:
 
 def planned(robot: Robot) -> Steered:
     """VFH+ towards the next stretch of a way that is planned over all that was seen so far."""
-    return Steered(VfhPlus, robot, making.planner(robot.config, robot.radius))
+    return Steered(VfhPlus, robot, making.planner(_outline(robot)))
 
 
 def guided(robot: Robot) -> Steered:
     """Along a way by a floor plan, on which the robot knows by its echoes where it is."""
-    planner = making.planner(robot.config, robot.radius, robot.plan)
+    planner = making.planner(_outline(robot), robot.plan)
     return Steered(Follow, robot, planner, PlanTracker(robot.plan, Pose()))
+
+
+def _outline(robot: Robot) -> Body:
+    return Body(robot.radius, robot.config.avoid.margin_m)
