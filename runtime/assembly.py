@@ -53,11 +53,12 @@ def parts(
     config: Config,
     beacons: Sequence[tuple[str, Device[Any, Any]]] = (),
     throttles: Mapping[str, Throttle] = MappingProxyType({}),
+    tracker: PlanTracker | None = None,
 ) -> tuple[list[BusLine[Any, Any]], Fusion]:
     """The devices of each bus, and the tick's state. Raises ConfigError with all that a run lacks.
 
     `beacons` are devices that only send, each with its bus; `throttles` those of the wheels that shall be
-    driven, by name.
+    driven, by name; `tracker` knows where the robot is on a floor plan.
     """
     found: list[Problem] = []
     devices: list[BusLine[Any, Any]] = []
@@ -72,13 +73,13 @@ def parts(
             found += error.found
     if found:
         raise ConfigError(found)
-    return devices, fusion(config)
+    return devices, fusion(config, tracker)
 
 
-def fusion(config: Config) -> Fusion:
+def fusion(config: Config, tracker: PlanTracker | None = None) -> Fusion:
     """The tick's state. Raises ConfigError when the configuration lacks what a run needs."""
     poses = PoseBuffer(widest_gap_ns=pose_gap_ns(config))
-    return Fusion(mapper(config, geometry(config), poses), odometry(config), lookout(config))
+    return Fusion(mapper(config, geometry(config), poses), odometry(config), lookout(config, tracker))
 
 
 def lookout(config: Config, tracker: PlanTracker | None = None) -> Lookout:

@@ -7,12 +7,11 @@ from pathlib import Path
 from zipfile import BadZipFile, ZipFile
 
 import numpy as np
-from numpy.typing import NDArray
 
 from echogrid.mapping.grid import GridGeometry
 from echogrid.mapping.metrics import Mask
+from echogrid.runtime import map_reading
 from echogrid.runtime.errors import UsageError
-from echogrid.runtime.grey_image import GreyImageError, read_grey
 
 _MOST_TURNED = 1e-9
 """rad: what a map's yaw may be."""
@@ -33,8 +32,6 @@ _DAMAGES = (
     zlib.error,
 )
 """What reading an archive raises that is none, or was changed on its way."""
-_DEFAULTS = {"mode": "trinary", "negate": "0", "occupied_thresh": "0.65", "free_thresh": "0.25"}
-"""What map_server takes where a key is not there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,50 +94,10 @@ def _from_arrays(path: Path) -> TruthMap:
 
 
 def _from_yaml(path: Path) -> TruthMap:
-    told = _DEFAULTS | _pairs(path)
-    try:
-        if told["mode"] not in ("trinary", "scale"):
-            raise UsageError([f"{path}: mode {told['mode']!r} can't be read (trinary and scale can)"])
-        grey = _grey(path.parent / told["image"])
-        origin = [_number("origin", each) for each in told["origin"].strip("[]").split(",")]
-        occupancy = (grey if told["negate"].lower() in ("1", "true") else 1.0 - grey)[::-1]
-        geometry = _geometry(path, _number("resolution", told["resolution"]), origin, occupancy.shape)
-        occupied_above, free_below = (
-            _number(f"{each}_thresh", told[f"{each}_thresh"]) for each in ("occupied", "free")
-        )
-        if not 0.0 <= free_below <= occupied_above <= 1.0:
-            raise ValueError(
-                "free_thresh and occupied_thresh must lie in 0...1, the second not below the first"
-            )
-    except KeyError as error:
-        raise UsageError([f"{path}: lacks {error.args[0]!r}"]) from error
-    except ValueError as error:
-        raise UsageError([f"{path}: {error}"]) from error
-    return TruthMap(geometry, occupancy > occupied_above, occupancy < free_below)
-
-
-def _number(key: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise ValueError(f"{key}: {text.strip()!r} is no number") from None
-
-
-def _grey(path: Path) -> NDArray[np.float64]:
-    if not path.is_file():
-        raise UsageError([f"{path}: no such file"])
-    try:
-        return read_grey(path.read_bytes())
-    except GreyImageError as error:
-        raise UsageError([f"{path}: {error}"]) from error
-
-
-def _pairs(path: Path) -> dict[str, str]:
-    """The plain `key: value` lines, which is all that a map's YAML has."""
-    text = path.read_text(encoding="utf-8-sig", errors="replace")
-    bare = (line.split(" #")[0] for line in text.splitlines() if not line.startswith("#"))
-    pairs = (line.split(":", 1) for line in bare if ":" in line)
-    return {key.strip(): value.strip().strip("\"'") for key, value in pairs}
+    read_map = map_reading.read(path)
+    x, y, yaw = read_map.origin.x, read_map.origin.y, read_map.origin.yaw
+    geometry = _geometry(path, read_map.resolution, [x, y, yaw], read_map.occupied.shape)
+    return TruthMap(geometry, read_map.occupied, read_map.free)
 
 
 def _geometry(path: Path, resolution: float, origin: list[float], shape: tuple[int, ...]) -> GridGeometry:

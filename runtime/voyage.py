@@ -171,5 +171,5 @@ def commissioned(
     if mode is None:
         return *assembly.parts(config, beacons), None
     driving = Driving(config, assembly.differential(config, f"the mode {mode.name}"))
-    devices, fusion = assembly.parts(config, beacons, driving.throttles)
+    devices, fusion = assembly.parts(config, beacons, driving.throttles, mode.tracker)
     return devices, fusion, Voyage(fusion, Helm(driving), mode, tuple(driving.throttles))

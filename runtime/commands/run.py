@@ -79,7 +79,8 @@ def execute(arguments: argparse.Namespace) -> int:
 def _add_modes(parser: argparse.ArgumentParser) -> None:
     """Say which ways of driving there are."""
     told = "at most one of these drives the robot (docs/drive-modes.md); without one it is only watched"
-    modes = parser.add_argument_group("drive modes", told).add_mutually_exclusive_group()
+    group = parser.add_argument_group("drive modes", told)
+    modes = group.add_mutually_exclusive_group()
     modes.add_argument(
         "--guard",
         metavar="SOURCE",
@@ -90,17 +91,33 @@ def _add_modes(parser: argparse.ArgumentParser) -> None:
         nargs=2,
         type=finite,
         metavar=("X", "Y"),
-        help="drive to this point, m, from where it starts: x is ahead, y to the left",
+        help="drive to this point, m, from where it starts: x ahead, y to the left; or on the --map",
     )
     modes.add_argument("--wander", action="store_true", help="drive wherever it is free (by --seed)")
+    group.add_argument(
+        "--map",
+        type=Path,
+        metavar="FILE",
+        help="with --goto: find the way by this map, a map_server's YAML, or a folder with map.yaml",
+    )
+    group.add_argument(
+        "--at",
+        nargs=3,
+        type=finite,
+        metavar=("X", "Y", "YAW_DEG"),
+        help="with --map: where on the map it starts (default: 0 0 0)",
+    )
 
 
 def _mode(config: "Config", arguments: argparse.Namespace, stack: ExitStack) -> "Mode | None":
     """What drives the robot, if anything does."""
     from echogrid.runtime.errors import UsageError
-    from echogrid.runtime.modes import making, sources
+    from echogrid.runtime.modes import by_map, making, sources
     from echogrid.runtime.modes.guard import Guard
 
+    _check_map_options(arguments)
+    if arguments.map:
+        return by_map.goto(config, arguments.map, arguments.goto, arguments.at or (0.0, 0.0, 0.0))
     if arguments.goto:
         return making.goto(config, *arguments.goto)
     if arguments.wander:
@@ -112,6 +129,16 @@ def _mode(config: "Config", arguments: argparse.Namespace, stack: ExitStack) -> 
     wishes = sources.opened(arguments.guard, config.drive)
     stack.callback(wishes.close)
     return Guard(wishes)
+
+
+def _check_map_options(arguments: argparse.Namespace) -> None:
+    """Raises UsageError for a map that nothing would heed."""
+    from echogrid.runtime.errors import UsageError
+
+    if arguments.map and not arguments.goto:
+        raise UsageError(["--map: only --goto X Y drives by a map: add that, or leave the map out"])
+    if arguments.at and not arguments.map:
+        raise UsageError(["--at: there is no map on which it could start: add --map FILE"])
 
 
 def _go(run: "Run", duration_s: float | None, console: "Console") -> None:

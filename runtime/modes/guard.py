@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from echogrid.mapping.planning.tracking import PlanTracker
 from echogrid.mapping.twist import Twist
 from echogrid.runtime.modes.mode import End, Situation
 from echogrid.runtime.wishes import Wishes
@@ -13,6 +14,7 @@ class Guard:
 
     name = "guard"
     patient = True
+    tracker: PlanTracker | None = None
 
     def __init__(self, wishes: Wishes) -> None:
         self.end: End | None = None

@@ -4,7 +4,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import radians, sin
 
+from echogrid.mapping.planning.floor_plan import FloorPlan
+from echogrid.mapping.planning.planner import Planner, Planning
+from echogrid.mapping.planning.recollection import Remembering
+from echogrid.mapping.planning.terrain import Prices
+from echogrid.mapping.planning.tracking import PlanTracker
+from echogrid.mapping.pose import Pose
 from echogrid.mapping.steering.decision import Steering
+from echogrid.mapping.steering.follow import Follow
 from echogrid.mapping.steering.limits import Limits
 from echogrid.mapping.steering.navigator import Navigator
 from echogrid.mapping.steering.obstacles import Belief, Obstacles
@@ -15,6 +22,7 @@ from echogrid.runtime.config import Config, LoopConfig
 from echogrid.runtime.drive_run import LEAST_HZ
 from echogrid.runtime.hull import footprint
 from echogrid.runtime.modes.goto import Goto
+from echogrid.runtime.modes.guide import Guide
 from echogrid.runtime.modes.wander import Wander
 
 Way = Callable[[Window, Limits], Steering]
@@ -22,6 +30,8 @@ Way = Callable[[Window, Limits], Steering]
 
 _AHEAD = radians(45.0)
 """The half angle in which the stop layer stops whoever drives ahead."""
+_PATIENCE = 12
+"""So many looks in a row: three seconds, in which who passes by is gone."""
 
 
 def brisk(config: Config) -> Config:
@@ -32,6 +42,12 @@ def brisk(config: Config) -> Config:
 def goto(config: Config, x: float, y: float) -> Goto:
     """Towards a point (m, odom frame)."""
     return Goto(navigator(config), x, y)
+
+
+def goto_on(config: Config, plan: FloorPlan, start: Pose, x: float, y: float) -> Goto:
+    """Towards a point (m) of a floor plan, on which the robot starts at that pose."""
+    guide = Guide(PlanTracker(plan, start), planner(body(config), plan))
+    return Goto(navigator(config, Follow), x, y, guide)
 
 
 def wander(config: Config, seed: int) -> Wander:
@@ -46,6 +62,13 @@ def navigator(config: Config, way: Way = VfhPlus) -> Navigator:
     window = Window(local.resolution_m, cells, body(config))
     obstacles = Obstacles(window, Belief(unknown=sight.unknown, stale_ns=sight.stale_ns))
     return Navigator(way(window, limits(config)), obstacles, limits(config))
+
+
+def planner(outline: Body, plan: FloorPlan | None = None) -> Planner:
+    """For a robot as a disc, and what it keeps. Who has a plan believes only in what stays."""
+    remembering = Remembering(patience=_PATIENCE) if plan else Remembering()
+    prices = Prices(keep=outline.radius + outline.margin)
+    return Planner(Planning(radius=outline.radius, prices=prices, remembering=remembering), plan)
 
 
 def body(config: Config) -> Body:

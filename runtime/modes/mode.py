@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from echogrid.mapping.local_grid import LocalGrid
+from echogrid.mapping.planning.tracking import PlanTracker
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.twist import Twist
 
@@ -42,6 +43,8 @@ class Mode(Protocol):
     """None while it goes on."""
     patient: bool
     """Whether it waits for motors that are not ready for as long as they take."""
+    tracker: PlanTracker | None
+    """Where the robot is on the floor plan by which it drives, if there is one: the lookout must have it."""
 
     def wish(self, situation: Situation) -> Twist:
         """The twist that is wanted; what of it is safe is decided elsewhere."""

@@ -5,6 +5,7 @@ from math import pi, radians
 from random import Random
 from typing import Any
 
+from echogrid.mapping.planning.tracking import PlanTracker
 from echogrid.mapping.pose import Pose, wrap_angle
 from echogrid.mapping.steering.decision import Decision
 from echogrid.mapping.steering.goal import Goal, ahead
@@ -28,6 +29,7 @@ class Wander:
 
     name = "wander"
     patient = True
+    tracker: PlanTracker | None = None
 
     def __init__(self, navigator: Navigator, seed: int) -> None:
         self.end: End | None = None

@@ -3,9 +3,7 @@
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.placed_ping import PlacedPing
 from echogrid.mapping.planning.floor_plan import FloorPlan
-from echogrid.mapping.planning.planner import Planner, Planning
-from echogrid.mapping.planning.recollection import Remembering
-from echogrid.mapping.planning.terrain import Prices
+from echogrid.mapping.planning.planner import Planner
 from echogrid.mapping.planning.tracking import PlanTracker
 from echogrid.mapping.pose import ORIGIN, Pose
 from echogrid.mapping.steering.follow import Follow
@@ -14,6 +12,7 @@ from echogrid.mapping.steering.navigator import Moment
 from echogrid.mapping.steering.vff import Vff
 from echogrid.mapping.steering.vfh import Vfh
 from echogrid.mapping.steering.vfh_plus import VfhPlus
+from echogrid.mapping.steering.window import Body
 from echogrid.mapping.twist import Twist
 from echogrid.runtime.modes import making
 from echogrid.runtime.trials.pilot import STANDING, Robot
@@ -71,7 +70,7 @@ def vfh_plus(robot: Robot) -> Steered:
 
 def planned(robot: Robot) -> Steered:
     """VFH+ towards the next stretch of a way that is planned over all that was seen so far."""
-    return Steered(VfhPlus, robot, Planner(_planning(robot, Remembering())))
+    return Steered(VfhPlus, robot, making.planner(_outline(robot)))
 
 
 def guided(robot: Robot) -> Steered:
@@ -85,10 +84,9 @@ def mapped(robot: Robot) -> Steered:
 
 
 def _by(plan: FloorPlan, robot: Robot) -> Steered:
-    planner = Planner(_planning(robot, Remembering(patience=12)), plan)
+    planner = making.planner(_outline(robot), plan)
     return Steered(Follow, robot, planner, PlanTracker(plan, Pose()))
 
 
-def _planning(robot: Robot, remembering: Remembering) -> Planning:
-    keep = robot.radius + robot.config.avoid.margin_m
-    return Planning(radius=robot.radius, prices=Prices(keep=keep), remembering=remembering)
+def _outline(robot: Robot) -> Body:
+    return Body(robot.radius, robot.config.avoid.margin_m)

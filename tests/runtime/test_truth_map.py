@@ -69,7 +69,7 @@ def test_negate_turns_black_and_white_round(folder: Path) -> None:
         ("-1.0,", "-inf,", "origin must be x, y (m) and yaw (rad)"),
         ("-1.0,", "1e300,", "origin must be x, y (m) and yaw (rad)"),
         ("0.0]", "nan]", "origin must be x, y (m) and yaw (rad)"),
-        ("resolution: 0.5", "resolution: -1", "map.yaml: "),
+        ("resolution: 0.5", "resolution: -1", "map.yaml:3: resolution must be above 0"),
         ("resolution: 0.5", "resolution: fine", "resolution: 'fine' is no number"),
         ("occupied_thresh: 0.65", "occupied_thresh: -1", "free_thresh and occupied_thresh must lie in 0...1"),
         ("free_thresh: 0.196", "free_thresh: 0.7", "free_thresh and occupied_thresh must lie in 0...1"),
