@@ -28,7 +28,7 @@ _SPOT = 0.4
 """m around an echo that are one spot."""
 _STANDS_NS = 1_300_000_000
 """What was heard at one spot for so long, ..."""
-_PAUSE_NS = 700_000_000
+PAUSE_NS = 700_000_000
 """... never silent for longer, ..."""
 _KNOWN_NS = 15_000_000_000
 """... stands, and may be heard there anew for so long."""
@@ -57,9 +57,9 @@ class _Spot:
     y: float
     stands: bool = False
 
-    def hear(self, stamp_ns: int) -> None:
+    def hear(self, stamp_ns: int, pause_ns: int) -> None:
         """Something answered here."""
-        if stamp_ns - self.heard_ns > _PAUSE_NS:
+        if stamp_ns - self.heard_ns > pause_ns:
             self.since_ns = stamp_ns
         self.heard_ns = stamp_ns
         self.stands = self.stands or stamp_ns - self.since_ns >= _STANDS_NS
@@ -72,9 +72,11 @@ class _Spot:
 class Company:
     """Remembers where somebody may be, and where something stands. All is in the odom frame."""
 
-    def __init__(self, radius: float) -> None:
-        """`radius` (m) is that of the robot around base_link."""
+    def __init__(self, radius: float, pause_ns: int = PAUSE_NS) -> None:
+        """`radius` (m) is that of the robot around base_link; what stands is never silent for longer than
+        `pause_ns`, some cycles of the rangers."""
         self._radius = radius
+        self._pause_ns = pause_ns
         self._people: list[_Somebody] = []
         self._spots: list[_Spot] = []
 
@@ -119,7 +121,7 @@ class Company:
         self._spots = [spot for spot in self._spots if spot.is_known(now_ns)]
         here = [spot for spot in self._spots if hypot(at.x - spot.x, at.y - spot.y) < _SPOT]
         for spot in here:
-            spot.hear(now_ns)
+            spot.hear(now_ns, self._pause_ns)
         if not here:
             self._spots.append(_Spot(now_ns, now_ns, at.x, at.y))
         return any(spot.stands for spot in here)

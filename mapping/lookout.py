@@ -6,7 +6,7 @@ from math import sqrt
 
 from echogrid.drivers.readings import Outcome, RangeReading
 from echogrid.mapping.approach import Approach
-from echogrid.mapping.company import Company
+from echogrid.mapping.company import PAUSE_NS, Company
 from echogrid.mapping.free_path import STANDING, FreePath, PathEnd, PathSensor
 from echogrid.mapping.latency import Latency
 from echogrid.mapping.local_grid import LocalGrid
@@ -39,6 +39,8 @@ class Readers:
     """m/s at most where something ahead is unknown, with Unknown.SLOW."""
     reaction_ns: int
     """From a view to the wheels that heed it."""
+    pause_ns: int = PAUSE_NS
+    """For so long a thing that stands may be silent."""
 
 
 class Lookout:
@@ -60,7 +62,7 @@ class Lookout:
         self._verifier = verifier
         self._latency = Latency()
         self._approach = Approach(readers.path.reach)
-        self._company = Company(readers.path.reach)
+        self._company = Company(readers.path.reach, readers.pause_ns)
         self._tracker = tracker
 
     def hear(self, readings: Iterable[RangeReading], now_ns: int) -> None:

@@ -11,6 +11,7 @@ from echogrid.drivers.sound import speed_of_sound
 from echogrid.drivers.throttle import Throttle
 from echogrid.mapping.analytical_model import Analytical
 from echogrid.mapping.braking import Brakes
+from echogrid.mapping.company import PAUSE_NS
 from echogrid.mapping.empirical_model import EmpiricalOfEach
 from echogrid.mapping.footprint import Footprint
 from echogrid.mapping.free_path import PathSensor, PathSight
@@ -47,6 +48,9 @@ MOST_CELLS = 4e7
 SECOND_NS = 1_000_000_000
 
 Drive = Differential | Tricycle | Ackermann
+
+_CYCLES = 4.0
+"""In so many cycles of the rangers what stands answers once."""
 
 
 def parts(
@@ -102,6 +106,7 @@ def lookout(config: Config, tracker: PlanTracker | None = None) -> Lookout:
         config.avoid.unknown,
         config.avoid.slow_mps,
         round(config.avoid.reaction_ms * 1e6 + SECOND_NS / config.loop.rate_hz),
+        max(PAUSE_NS, round(_CYCLES * len(config.firing.groups) * (config.firing.gap_ms or 0.0) * 1e6)),
     )
     _require_room(config, outline)
     return Lookout(local, readers, stop, verifier(config), tracker)

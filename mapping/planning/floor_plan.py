@@ -36,6 +36,11 @@ class FloorPlan:
             self._near[tile] = self.walls[away <= (tile[2] + 1) * _TILE]
         return self._near[tile]
 
+    def without(self, x: float, y: float, radius: float) -> "FloorPlan":
+        """The same without what stands within a radius (m) of a place: the robot does."""
+        away = np.hypot(self.walls[:, 0] - x, self.walls[:, 1] - y)
+        return FloorPlan(self.walls[away > radius], self.free)
+
 
 def placed(points: Points, frame: Pose) -> Points:
     """Points of a frame in that in which the frame's pose is given."""

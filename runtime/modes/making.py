@@ -46,7 +46,9 @@ def goto(config: Config, x: float, y: float) -> Goto:
 
 def goto_on(config: Config, plan: FloorPlan, start: Pose, x: float, y: float) -> Goto:
     """Towards a point (m) of a floor plan, on which the robot starts at that pose."""
-    guide = Guide(PlanTracker(plan, start), planner(body(config), plan))
+    outline = body(config)
+    plan = plan.without(start.x, start.y, outline.radius + outline.margin)
+    guide = Guide(PlanTracker(plan, start), planner(outline, plan))
     return Goto(navigator(config, Follow), x, y, guide)
 
 
