@@ -3,10 +3,12 @@
 from dataclasses import replace
 from math import degrees, pi
 
+import numpy as np
 import pytest
 
 from echogrid.drivers.readings import Outcome, RangeReading
 from echogrid.mapping.placed_ping import PlacedPing
+from echogrid.mapping.planning.floor_plan import FloorPlan
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.twist import Twist
@@ -17,7 +19,8 @@ from echogrid.runtime.trials.rigs import RIGS
 from echogrid.runtime.trials.simple_pilots import Blind, SingleScan
 
 CONFIG = RIGS["ring-16"]().config
-ROBOT = Robot(0.22, replace(CONFIG, drive=DriveConfig(0.5, degrees(1.5))))
+NOWHERE = FloorPlan(np.empty((0, 2)), np.empty((0, 2)))
+ROBOT = Robot(0.22, replace(CONFIG, drive=DriveConfig(0.5, degrees(1.5))), NOWHERE)
 LOCAL = assembly.lookout(CONFIG).local
 GOAL = Pose(5.0, 0.0)
 HERE = Pose()
