@@ -28,6 +28,7 @@ class Ahead:
     """Never looks."""
 
     guarded = False
+    tracker = None
 
     def __init__(self, robot):
         self.heard = 0
