@@ -2,7 +2,7 @@ from math import cos, floor, pi, sin
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from echogrid.mapping.local_grid import LocalGrid
@@ -243,5 +243,20 @@ def test_in_any_frame_an_obstacle_is_where_the_frame_puts_it(
         put(local, *place, 1500)
     memory.take(local, SECOND, Pose(x, y, yaw))
     c, s = cos(yaw), sin(yaw)
-    stands = {memory.geometry.cell(x + c * a - s * b, y + s * a + c * b) for a, b in seen}
+    placed = [(x + c * a - s * b, y + s * a + c * b) for a, b in seen]
+    assume(all(abs(10.0 * each - round(10.0 * each)) > 1e-9 for place in placed for each in place))
+    stands = {memory.geometry.cell(*place) for place in placed}
     assert {tuple(cell) for cell in np.argwhere(memory.belief > 0).tolist()} == stands
+
+
+@settings(max_examples=60)
+@given(places, places, st.floats(-20.0, 20.0))
+def test_a_grid_that_is_half_as_coarse_leaves_no_cell_out_in_any_frame(
+    x: float, y: float, yaw: float
+) -> None:
+    memory = Recollection()
+    local = local_grid(80, 0.05)
+    local.grid.log_odds[:], local.seen_ns[:] = -2000, SECOND
+    memory.take(local, SECOND, Pose(x, y, yaw))
+    east, north = np.meshgrid(memory.geometry.x_centres - x, memory.geometry.y_centres - y)
+    assert (memory.belief[np.hypot(east, north) < 1.8] == -1).all()
