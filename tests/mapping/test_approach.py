@@ -82,3 +82,46 @@ def test_who_walks_beside_a_ranger_of_another_name_tells_nothing_of_this_one() -
     reading = RangeReading(CYCLE_NS, 0, "aside", Outcome.ECHO, 1.06)
     approach.take(PlacedPing(reading, other, other.mount))
     assert approach.limit(CYCLE_NS, 0.25, 0.8) == inf
+
+
+def moves(distances: list[float | None], own: float = 0.0, turn: float = 0.0) -> list[bool]:
+    """What is said of each of these readings."""
+    approach = Approach(RADIUS)
+    return [
+        approach.take(ping(cycle, Pose(own * cycle * CYCLE_S, 0.0, turn * cycle * CYCLE_S), distance))
+        for cycle, distance in enumerate(distances)
+    ]
+
+
+@given(st.floats(0.31, 1.99), st.booleans(), st.integers(0, 6))
+def test_what_comes_or_goes_by_itself_twice_in_a_row_surely_moves(
+    speed: float, leaves: bool, count: int
+) -> None:
+    way = towards(2.5, -speed if leaves else speed, count)
+    assert moves(way) == [cycle >= 2 for cycle in range(count)]
+
+
+@given(st.floats(-0.5, 0.5), st.floats(0.8, 3.5), st.integers(0, 6))
+def test_what_stands_moves_nowhere_however_the_robot_drives(own: float, away: float, count: int) -> None:
+    assert not any(moves(towards(away, own, count), own))
+
+
+@pytest.mark.parametrize(
+    "distances",
+    [
+        [2.0, 1.86, None, 1.72, 1.58],
+        [2.0, 1.86, 1.86, 1.72],
+        [3.0, 1.2, 3.0, 1.2],
+    ],
+    ids=["silence between", "a halt between", "leaps"],
+)
+def test_what_moves_once_or_leaps_is_not_sure_to_move(distances: list[float | None]) -> None:
+    assert not any(moves(distances))
+
+
+def test_to_and_fro_is_movement_too() -> None:
+    assert moves([2.0, 1.86, 2.0]) == [False, False, True]
+
+
+def test_nothing_surely_moves_while_the_robot_turns() -> None:
+    assert not any(moves(towards(2.0, 1.0, 4), turn=pi / 2.0))

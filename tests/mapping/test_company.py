@@ -123,7 +123,7 @@ def test_who_walks_straight_at_the_robot_finds_it_standing(
 
 
 def braked(asked: list[tuple[int, float]], now_ms: int, speed: float, deceleration: float) -> float:
-    """m/s a millisecond later, of wheels that are at once as quick as they are asked to be, not as slow."""
+    """m/s a millisecond later, of wheels that are at once as quick as is asked, but not as slow."""
     wish = next((wish for due_ms, wish in reversed(asked) if due_ms <= now_ms), speed)
     return max(wish, speed - deceleration * 1e-3)
 

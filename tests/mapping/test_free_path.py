@@ -338,3 +338,23 @@ def test_a_course_is_the_same_after_many_others() -> None:
     for rate in np.linspace(0.1, 1.0, 200):
         around.look(Twist(0.4, float(rate)))
     assert around.look(Twist(0.4, 0.1)) == Around().look(Twist(0.4, 0.1))
+
+
+@settings(deadline=None, max_examples=60)
+@given(poses(3.0), outlines)
+def test_beneath_the_robot_are_the_cells_whose_middles_it_covers(robot: Pose, outline: Footprint) -> None:
+    around = Around(robot, outline)
+    geometry = around.local.geometry
+    x, y = np.meshgrid(geometry.x_centres - robot.x, geometry.y_centres - robot.y)
+    c, s = cos(robot.yaw), sin(robot.yaw)
+    over = outline.contains((c * x + s * y).ravel(), (c * y - s * x).ravel())
+    beneath = around.sensor.beneath(around.local, robot)
+    assert sorted(beneath.tolist()) == np.flatnonzero(over).tolist()
+
+
+def test_a_box_of_40_by_30_cm_in_the_middle_of_a_cell_covers_nine_cells() -> None:
+    around = Around(Pose(0.05, 0.05), Footprint.box(-0.2, 0.19, 0.14))
+    cells = {divmod(cell, CELLS) for cell in around.sensor.beneath(around.local, around.robot).tolist()}
+    middle = CELLS // 2
+    assert cells >= {(middle + row, middle + col) for row in (-1, 0, 1) for col in (-1, 0, 1)}
+    assert {row for row, _ in cells} == {middle - 1, middle, middle + 1}

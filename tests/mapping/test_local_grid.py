@@ -186,3 +186,80 @@ def test_an_obstacle_is_seen_in_its_sector_at_its_distance() -> None:
     view = VirtualSensor(Sight(), RESOLUTION, 60).view(local, robot, SECOND)
     assert view.sectors[0].state is SectorState.BLOCKED
     assert view.sectors[0].nearest == approx(1.0, abs=0.11)
+
+
+@settings(deadline=None)
+@given(poses(1.0), st.floats(0.3, 2.0), st.integers(1, 20))
+def test_the_echo_of_a_known_wall_leaves_no_obstacle_and_frees_what_is_before_it(
+    robot: Pose, echo: float, echoes: int
+) -> None:
+    known, strange = local_grid(), local_grid()
+    for local in (known, strange):
+        local.centre(robot)
+        for n in range(echoes):
+            local.fuse(robot, SONAR, echo, SECOND + n, known=local is known)
+    cone = cast(known.geometry, Sounding(robot, SONAR, echo, 0.1))
+    assert not (known.grid.log_odds > 0).any()
+    assert not known.grid.log_odds.ravel()[cone.cells[cone.occupied]].any()
+    before = cone.cells[~cone.occupied]
+    assert np.array_equal(known.grid.log_odds.ravel()[before], strange.grid.log_odds.ravel()[before])
+
+
+def test_what_stands_before_a_known_wall_is_taken_away_by_its_echo_and_the_wall_is_not() -> None:
+    local, robot = local_grid(), Pose(0.05, 0.05)
+    for _ in range(3):
+        local.fuse(robot, SONAR, 1.0, SECOND)
+    local.build(np.array([(2.05, 0.05)]), SECOND)
+    before, wall = local.geometry.cell(1.05, 0.05), local.geometry.cell(2.05, 0.05)
+    assert local.grid.log_odds[before] > 850
+    for _ in range(10):
+        local.fuse(robot, SONAR, 2.0, SECOND, known=True)
+    assert local.grid.log_odds[before] < 0
+    assert local.grid.log_odds[wall] == 2000
+
+
+@settings(deadline=None)
+@given(
+    poses(3.0),
+    st.lists(st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0)), max_size=30),
+    st.none() | st.floats(0.2, 3.0),
+)
+def test_built_walls_are_fresh_obstacles_and_nothing_else_becomes_one(
+    robot: Pose, walls: list[tuple[float, float]], echo: float | None
+) -> None:
+    local = local_grid()
+    local.centre(robot)
+    local.fuse(robot, SONAR, echo, SECOND)
+    odds, seen_ns = local.grid.log_odds.copy(), local.seen_ns.copy()
+    local.build(np.array(walls).reshape(-1, 2), 5 * SECOND)
+    cells = {
+        local.geometry.cell(x, y) for x, y in walls if local.geometry.contains(*local.geometry.cell(x, y))
+    }
+    for cell in cells:
+        odds[cell], seen_ns[cell] = 2000, 5 * SECOND
+    assert np.array_equal(local.grid.log_odds, odds)
+    assert np.array_equal(local.seen_ns, seen_ns)
+
+
+@given(st.lists(st.integers(0, 59 * 60 + 59), max_size=40, unique=True), st.integers(0, 2**32 - 1))
+def test_vacated_cells_are_no_obstacles_and_keep_what_freed_them(cells: list[int], seed: int) -> None:
+    local = local_grid()
+    local.grid.log_odds[:] = np.random.default_rng(seed).integers(-2000, 2001, (60, 60))
+    expected = local.grid.log_odds.ravel().tolist()
+    local.vacate(np.array(cells, np.intp))
+    for cell in cells:
+        expected[cell] = min(expected[cell], 0)
+    assert local.grid.log_odds.ravel().tolist() == expected
+
+
+def test_pings_that_wait_are_fused_before_walls_are_built_or_cells_vacated() -> None:
+    local, robot = local_grid(), Pose(0.05, 0.05)
+    cell = local.geometry.cell(1.05, 0.05)
+    for _ in range(3):
+        local.fuse(robot, SONAR, 1.0, SECOND)
+    local.vacate(np.array([cell[0] * 60 + cell[1]]))
+    assert local.grid.log_odds[cell] == 0
+    for _ in range(5):
+        local.fuse(robot, SONAR, 2.0, SECOND)
+    local.build(np.array([(1.05, 0.05)]), SECOND)
+    assert local.grid.log_odds[cell] == 2000

@@ -11,6 +11,8 @@ from echogrid.mapping.free_path import STANDING, PathEnd, PathSensor, PathSight
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.lookout import Lookout, Readers
 from echogrid.mapping.placed_ping import PlacedPing
+from echogrid.mapping.planning.floor_plan import FloorPlan
+from echogrid.mapping.planning.tracking import PlanTracker
 from echogrid.mapping.pose import Pose
 from echogrid.mapping.ranger import Ranger
 from echogrid.mapping.sonar_model import NoEcho
@@ -33,7 +35,12 @@ AHEAD, BACK = Twist(0.3), Twist(-0.3)
 class Around:
     """A lookout over a local grid painted by hand, and a front ranger that has just told of 1.9 m."""
 
-    def __init__(self, unknown: Unknown = Unknown.BLOCKED, speaks: bool = True) -> None:
+    def __init__(
+        self,
+        unknown: Unknown = Unknown.BLOCKED,
+        speaks: bool = True,
+        tracker: PlanTracker | None = None,
+    ) -> None:
         self.local = LocalGrid(RESOLUTION, CELLS, 0.1, 10.0, NoEcho.WEAK)
         self.local.grid.log_odds[:] = -2000
         self.local.seen_ns[:] = NOW
@@ -45,7 +52,7 @@ class Around:
             reaction_ns=120 * MS,
         )
         stop = StopLayer((FRONT,), StopZone(0.5, 0.8, SECOND))
-        self.lookout = Lookout(self.local, readers, stop, Believer())
+        self.lookout = Lookout(self.local, readers, stop, Believer(), tracker)
         if speaks:
             self.hear(80)
 
@@ -104,10 +111,11 @@ def test_who_walks_up_to_the_robot_stops_it_both_ways_until_a_while_later() -> N
         assert (view.reason, view.allowed) == (StopReason.NEAR, STANDING)
     turn = Twist(0.0, 0.5)
     assert around.view(turn, later_ns=300 * MS).allowed == turn
-    later_ns = 2 * SECOND
-    around.local.seen_ns[:] = NOW + later_ns
-    around.lookout.hear([RangeReading(NOW + later_ns, 0, "back", Outcome.NO_ECHO, 0.0)], NOW + later_ns)
-    assert around.view(BACK, later_ns=later_ns).allowed == BACK
+    around.local.seen_ns[:] = NOW + 2 * SECOND
+    gone_ns = (280 + 1000) * MS
+    around.lookout.hear([RangeReading(NOW + gone_ns, 0, "front", Outcome.ECHO, 1.9)], NOW + gone_ns)
+    assert 0.0 > around.view(BACK, later_ns=gone_ns - 1).allowed.speed > BACK.speed
+    assert around.view(BACK, later_ns=gone_ns).allowed == BACK
 
 
 @pytest.mark.parametrize("twist", [Twist(5e-324), Twist(0.0, 5e-324), Twist(-1e-310, 1e-310)])
@@ -219,3 +227,72 @@ def test_any_twist_can_be_asked_about() -> None:
     assert path == around.view(AHEAD).path
     assert path.distance == approx(1.0 - 0.2 - 0.0707, abs=1e-3)
     assert replace(path, twist=BACK) != around.lookout.path(Pose(0.05, 0.05), NOW, BACK)
+
+
+ROBOT = Pose(0.05, 0.05)
+WALL = (2.05, 0.05)
+"""1.8 m from the front ranger."""
+
+
+def guided(*walls: tuple[float, float]) -> Around:
+    return Around(tracker=PlanTracker(FloorPlan(np.array(walls).reshape(-1, 2), np.empty((0, 2))), Pose()))
+
+
+def see(around: Around, *distances: float, robot: Pose = ROBOT) -> None:
+    for cycle, distance in enumerate(distances):
+        reading = RangeReading(NOW + cycle * 100 * MS, 0, "front", Outcome.ECHO, distance)
+        around.lookout.see([PlacedPing(reading, FRONT, robot.compose(FRONT.mount))], robot, reading.stamp_ns)
+
+
+def log_odds(around: Around, x: float, y: float) -> int:
+    return int(around.local.grid.log_odds[around.local.geometry.cell(x, y)])
+
+
+def test_walls_of_a_plan_are_there_before_they_are_heard() -> None:
+    around = guided(WALL, (0.05, 1.55), (9.0, 9.0))
+    around.lookout.see([], ROBOT, NOW)
+    assert (log_odds(around, *WALL), log_odds(around, 0.05, 1.55)) == (2000, 2000)
+    assert np.count_nonzero(around.local.grid.log_odds > 0) == 2
+
+
+def test_walls_of_a_plan_stand_in_the_odom_frame_where_the_drift_puts_them() -> None:
+    plan = FloorPlan(np.array([(3.05, 4.05)]), np.empty((0, 2)))
+    around = Around(tracker=PlanTracker(plan, Pose(3.0, 2.0, np.pi / 2.0)))
+    around.lookout.see([], ROBOT, NOW)
+    assert log_odds(around, 2.05, -0.05) == 2000
+
+
+def test_the_echo_of_a_known_wall_is_no_obstacle_where_it_is_heard() -> None:
+    around, plain = guided(WALL), Around()
+    for each in (around, plain):
+        each.local.grid.log_odds[:] = 0
+        see(each, 1.8, 1.8)
+    assert np.count_nonzero(plain.local.grid.log_odds > 0) > 1
+    assert np.count_nonzero(around.local.grid.log_odds > 0) == 1
+
+
+def test_who_appears_where_no_wall_is_slows_the_robot_down() -> None:
+    """0.75 m before it: room 0.75 - 0.8 * 0.12, slope 0.12 + 0.8 / 0.5."""
+    around = guided(WALL)
+    see(around, 0.8)
+    around.local.grid.log_odds[:] = -2000
+    for twist in (AHEAD, BACK, STANDING):
+        limit = around.view(twist).path.limit
+        assert limit == approx(0.5 * ((1.72**2 + 2.0 * 0.654 / 0.5) ** 0.5 - 1.72), abs=1e-6)
+
+
+def test_a_known_wall_and_what_answers_where_no_walls_are_known_is_nobody() -> None:
+    for around in (guided((1.05, 0.05)), Around()):
+        see(around, 0.8)
+        around.local.grid.log_odds[:] = -2000
+        assert around.view(AHEAD).speed_limit == 0.5
+
+
+def test_no_obstacle_is_left_beneath_the_robot() -> None:
+    around = Around()
+    around.local.grid.log_odds[:] = 2000
+    around.lookout.see([], ROBOT, NOW)
+    x, y = np.meshgrid(around.local.geometry.x_centres - 0.05, around.local.geometry.y_centres - 0.05)
+    inside = (np.abs(x) < 0.19) & (np.abs(y) < 0.14)
+    assert not around.local.grid.log_odds[inside].any()
+    assert (around.local.grid.log_odds[np.hypot(x, y) > 0.3] == 2000).all()

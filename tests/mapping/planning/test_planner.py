@@ -1,11 +1,15 @@
-from math import atan2, hypot
+from math import atan2, cos, hypot, pi, sin
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pytest import approx
 
+from echogrid.mapping.planning.floor_plan import FloorPlan
 from echogrid.mapping.planning.planner import Planner, Planning
 from echogrid.mapping.planning.recollection import Remembering
-from echogrid.mapping.pose import Pose
+from echogrid.mapping.pose import Pose, wrap_angle
 
 from .scenes import CELL, DEAD_END, ROOM, U_TRAP, Walls, local_grid, paint, walk
 
@@ -137,3 +141,70 @@ def test_another_goal_is_planned_for_at_once() -> None:
     paint(local, [], Pose(), SECOND)
     planner.aim(local, Pose(), SECOND, (3.0, 0.0))
     assert planner.aim(local, Pose(), SECOND + 1, (-3.0, 0.0)).bearing == approx(3.14159, abs=0.01)
+
+
+spots = st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
+BARRIER = FloorPlan(np.array([(2.05, y) for y in np.arange(-2.0, 2.0, 0.05)]), np.empty((0, 2)))
+"""4 m wide, across the way east."""
+
+
+@settings(max_examples=40)
+@given(spots, st.floats(-3.0, 3.0), spots, st.floats(-3.0, 3.0), spots)
+def test_in_the_open_the_way_in_the_grids_frame_is_straight_whatever_that_frame_is(
+    at: tuple[float, float], yaw: float, origin: tuple[float, float], turned: float, goal: tuple[float, float]
+) -> None:
+    frame, robot = Pose(*origin, turned), Pose(*at, yaw)
+    local = local_grid(80, 0.05)  # finer than the memory, or it left cells out where the frame is turned
+    there = frame.compose(Pose(*goal))
+    paint(local, [], robot, SECOND)
+    aim = Planner().aim(local, frame.compose(robot), SECOND, (there.x, there.y), frame)
+    far = hypot(goal[0] - at[0], goal[1] - at[1])
+    assert aim.distance == approx(far, abs=1e-6)
+    if far < 0.1:
+        return
+    assert wrap_angle(aim.bearing - atan2(goal[1] - at[1], goal[0] - at[0])) == approx(0.0, abs=1e-6)
+    assert aim.near <= 1.5 + 0.1 + 1e-6
+    for x, y in aim.way:
+        share = hypot(x - at[0], y - at[1])
+        assert (x, y) == approx(
+            (at[0] + share * cos(aim.bearing), at[1] + share * sin(aim.bearing)), abs=1e-6
+        )
+    assert hypot(aim.way[-1][0] - at[0], aim.way[-1][1] - at[1]) <= 1.6 + 1e-6
+
+
+def test_where_there_is_no_way_it_points_straight_in_the_grids_frame() -> None:
+    frame, local = Pose(1.0, 2.0, 0.5), local_grid()
+    paint(local, CELL, Pose(), SECOND)
+    planner, goal = Planner(WIDE), frame.compose(Pose(0.0, 4.0))
+    aim = planner.aim(local, frame, SECOND, (goal.x, goal.y), frame)
+    assert not planner.reachable
+    assert (aim.bearing, aim.distance) == (approx(pi / 2.0), approx(4.0))
+    assert aim.way == ()
+
+
+def test_walls_of_a_plan_are_gone_around_before_they_are_seen() -> None:
+    local = local_grid()
+    paint(local, [], Pose(), SECOND)
+    blind = Planner().aim(local, Pose(), SECOND, (4.0, 0.0))
+    aim = Planner(plan=BARRIER).aim(local, Pose(), SECOND, (4.0, 0.0))
+    assert blind.bearing == approx(0.0)
+    assert abs(aim.bearing) > 0.4
+    assert aim.distance > 2.0 * hypot(2.0, 2.0)
+
+
+def test_walls_of_a_plan_are_not_given_up_when_there_is_no_way_for_long() -> None:
+    walls = [(x, y) for x, y in np.argwhere(np.ones((41, 41))) * 0.1 - 2.0 if max(abs(x), abs(y)) > 1.95]
+    planner, local = Planner(plan=FloorPlan(np.array(walls), np.empty((0, 2)))), local_grid()
+    for second in range(1, 20):
+        paint(local, [], Pose(), second * SECOND)
+        planner.aim(local, Pose(), second * SECOND, (4.0, 0.0))
+        assert not planner.reachable
+
+
+def test_the_way_and_the_carrot_end_where_one_looks_ahead() -> None:
+    local = local_grid()
+    paint(local, [], Pose(), SECOND)
+    aim = Planner(Planning(look_ahead=1.0)).aim(local, Pose(), SECOND, (4.0, 0.0))
+    assert 0.9 <= aim.near <= 1.11
+    assert aim.way[-1] == approx((aim.near, 0.0))
+    assert [y for _, y in aim.way] == approx([0.0] * len(aim.way))

@@ -80,3 +80,29 @@ def test_a_way_is_beside_another_if_no_point_is_far_from_it() -> None:
     one = Route(np.array([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)]))
     assert Route(np.array([(0.0, 0.3), (1.0, 0.4)])).beside(one, 0.5)
     assert not Route(np.array([(0.0, 0.3), (1.0, 0.6)])).beside(one, 0.5)
+
+
+@given(
+    st.lists(spots, min_size=2, max_size=12),
+    spots,
+    st.floats(0.0, 3.0),
+)
+def test_ahead_are_the_points_after_the_nearest_one_for_so_much_way(
+    points: list[Point], here: Point, most: float
+) -> None:
+    way = Route(np.array(points))
+    ahead = way.ahead(here, most).tolist()
+    first = min(way.after(here) + 1, len(points) - 1)
+    assert ahead == way.points[first : first + len(ahead)].tolist()
+    assert len(ahead) >= 1
+    far = float(np.hypot(*np.diff(np.array(ahead), axis=0).T).sum())
+    assert far <= most + 1e-9
+    if first + len(ahead) < len(points):
+        after = points[first + len(ahead)]
+        assert far + hypot(after[0] - ahead[-1][0], after[1] - ahead[-1][1]) > most - 1e-9
+
+
+def test_ahead_of_a_robot_beside_the_way_lie_its_next_points() -> None:
+    way = Route(np.array([(0.1 * n, 0.0) for n in range(11)]))
+    assert way.ahead((0.42, 0.2), 0.25)[:, 0].tolist() == approx([0.5, 0.6, 0.7])
+    assert way.ahead((3.0, 0.0), 0.25).tolist() == [approx([1.0, 0.0])]

@@ -25,3 +25,9 @@ def test_a_direction_turns_with_the_robot_and_has_no_end(robot: Pose, bearing: f
     assert (cos(goal.bearing), sin(goal.bearing)) == approx(
         (cos(robot.yaw + bearing), sin(robot.yaw + bearing))
     )
+
+
+@given(poses, st.floats(-9.0, 9.0), st.floats(-9.0, 9.0))
+def test_a_goal_without_a_plan_has_no_way_and_nothing_nearer(robot: Pose, x: float, y: float) -> None:
+    for goal in (towards(robot, x, y), ahead(robot)):
+        assert (goal.way, goal.near) == ((), inf)

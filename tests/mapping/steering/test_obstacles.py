@@ -186,3 +186,40 @@ def test_the_robot_s_place_in_its_cell_is_told_from_the_middle() -> None:
 def test_an_impossible_belief_is_refused(belief: dict[str, float]) -> None:
     with pytest.raises(ValueError, match="must lie in"):
         Belief(**belief)
+
+
+@given(
+    worlds,
+    within_cell,
+    within_cell,
+    st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), min_size=1, max_size=5),
+    st.floats(0.0, 0.2),
+)
+def test_the_robot_fits_to_a_point_if_no_obstacle_ahead_is_too_near_to_the_straight_way(
+    world: list[Cell], x: float, y: float, points: list[tuple[float, float]], margin: float
+) -> None:
+    robot = facing(0.3, x, y)
+    view = view_of(world, robot)
+    expected = []
+    for to_x, to_y in points:
+        dx, dy = to_x - robot.x, to_y - robot.y
+        length, fits = max(hypot(dx, dy), 1e-9), True
+        for n in view.hits.tolist():
+            at_x, at_y = WINDOW.x[n] - x, WINDOW.y[n] - y
+            along = (at_x * dx + at_y * dy) / length
+            away = hypot(at_x - min(along, length) * dx / length, at_y - min(along, length) * dy / length)
+            keep = BODY.radius + margin + RESOLUTION / 2.0**0.5
+            assume(abs(along) > 1e-9 and abs(away - keep) > 1e-9)
+            fits = fits and not (along > 0.0 and away < keep)
+        expected.append(fits)
+    assert view.fits(np.array(points), margin).tolist() == expected
+
+
+@given(
+    worlds, st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), st.floats(0.0, 0.3), st.floats(0.0, 0.3)
+)
+def test_who_fits_with_a_margin_fits_with_less(
+    world: list[Cell], point: tuple[float, float], one: float, other: float
+) -> None:
+    view, (less, more) = view_of(world), sorted((one, other))
+    assert view.fits(np.array([point]), less) >= view.fits(np.array([point]), more)
