@@ -87,10 +87,12 @@ def test_a_map_of_ours_is_read_as_it_was_written(tmp_path: Path) -> None:
         ("negate: 0", "mode: raw", "mode 'raw' can't be read"),
     ],
 )
-def test_what_is_wrong_is_told_with_its_line_and_a_mend(tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_what_is_wrong_is_told_with_its_line_and_a_mend(
+    tmp_path: Path, old: str, new: str, told: str
+) -> None:
     with pytest.raises(UsageError) as error:
         map_reading.read(written(tmp_path, YAML.replace(old, new)))
-    (line,) = error.value.args[0] if isinstance(error.value.args[0], list) else [str(error.value)]
+    (line,) = error.value.problems
     assert told in line
 
 

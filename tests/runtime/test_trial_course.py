@@ -18,7 +18,7 @@ def task(request: pytest.FixtureRequest) -> Course:
 
 
 def test_the_walls_of_a_plan_are_those_of_the_world_without_a_gap(task: Course) -> None:
-    there = placed(task.floor_plan().walls, Pose(*task.start))
+    there = placed(task.floor_plan(REACH, False).walls, Pose(*task.start))
     row = 0
     for x0, y0, x1, y1 in task.arena.world.walls.tolist():
         length = hypot(x1 - x0, y1 - y0)
@@ -34,7 +34,7 @@ def test_the_walls_of_a_plan_are_those_of_the_world_without_a_gap(task: Course) 
 
 def test_nothing_but_walls_is_drawn(task: Course) -> None:
     world = task.arena.world
-    there = placed(task.floor_plan().walls, Pose(*task.start))
+    there = placed(task.floor_plan(REACH, False).walls, Pose(*task.start))
     onto = np.full(len(there), np.inf)
     for start, along, length in zip(world.starts, world.along, world.lengths, strict=True):
         foot = start + np.clip((there - start) @ along, 0.0, length)[:, np.newaxis] * along
@@ -43,10 +43,20 @@ def test_nothing_but_walls_is_drawn(task: Course) -> None:
 
 
 def test_the_free_floor_is_where_the_robot_may_be(task: Course) -> None:
-    plan = task.floor_plan()
+    plan = task.floor_plan(REACH, False)
     there = placed(plan.free, Pose(*task.start))
-    assert len(there) == np.count_nonzero(task.floor.free)
-    assert task.arena.world.surface_distance(there).min() > REACH + MARGIN_M - task.floor.resolution
+    assert task.arena.world.surface_distance(there).min() >= REACH + MARGIN_M - 1e-9
     goal = Pose(*task.start).inverse().compose(Pose(*task.goal))
     for x, y in ((0.0, 0.0), (goal.x, goal.y)):
         assert np.hypot(*(plan.free - (x, y)).T).min() < 1e-6
+
+
+def test_a_furnished_plan_has_the_rims_of_all_posts_besides(task: Course) -> None:
+    bare, furnished = (task.floor_plan(REACH, each).walls for each in (False, True))
+    assert np.array_equal(furnished[: len(bare)], bare)
+    there = placed(furnished[len(bare) :], Pose(*task.start))
+    away = [np.abs(np.hypot(*(there - (x, y)).T) - radius) for x, y, radius in task.arena.world.cylinders]
+    assert bool(away) == bool(len(there))
+    if away:
+        assert np.min(away, axis=0).max() < 1e-9
+        assert np.min(away, axis=1).max() < 1e-9
