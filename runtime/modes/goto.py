@@ -44,12 +44,12 @@ class Goto:
 
     def wish(self, situation: Situation) -> Twist:
         """As the navigator says."""
+        if self.tracker and self.tracker.is_lost:
+            return self._over(reached=False, told="lost: the echoes do not fit the map")
         here = self._guide.here(situation) if self._guide else situation.pose
         goal = towards(here, *self._goal)
         if goal.distance <= ARRIVED:
             return self._over(reached=True, told=self._told("there", here))
-        if self.tracker and self.tracker.is_lost:
-            return self._over(reached=False, told="lost: the echoes do not fit the map")
         if self._guide:
             goal = self._guide.aim(situation, self._goal)
             self._longest = max(self._longest, goal.distance)
