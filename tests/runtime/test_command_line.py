@@ -63,10 +63,6 @@ def test_it_tells_its_version(told: Told) -> None:
         ("run", "--goto", "1"),
         ("run", "--goto", "1", "inf"),
         ("run", "--wander", "--guard", "udp:7655"),
-        ("run", "--map", "map.yaml"),
-        ("run", "--wander", "--map", "map.yaml"),
-        ("run", "--goto", "1", "0", "--at", "0", "0", "0"),
-        ("run", "--goto", "1", "0", "--map", "gone.yaml"),
         ("map", "log"),
         ("map", "log", "--out", "o", "--resolution", "-1"),
         ("map", "log", "--out", "o", "--theory", "guess"),
@@ -79,6 +75,24 @@ def test_misuse_is_2_with_words_on_stderr_only(told: Told, arguments: tuple[str,
     code, out, err = told(*arguments)
     assert (code, out) == (2, "")
     assert "echogrid" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told_first"),
+    [
+        (("run", "--map", "map.yaml"), "--map: "),
+        (("run", "--wander", "--map", "map.yaml"), "--map: "),
+        (("run", "--goto", "1", "0", "--at", "0", "0", "0"), "--at: "),
+        (("run", "--goto", "1", "0", "--map", "gone.yaml"), "gone.yaml: no such file"),
+    ],
+)
+def test_a_map_that_nobody_can_drive_by_is_told_in_one_line(
+    told: Told, arguments: tuple[str, ...], told_first: str
+) -> None:
+    code, out, err = told(*arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith(told_first)
+    assert err.count("\n") == 1
 
 
 # map
