@@ -47,7 +47,7 @@ class Remembering:
 
 
 class Recollection:
-    """A grid in the odom frame that grows with what is seen.
+    """A grid that grows with what is seen, in the odom frame; in the plan's for who studied one.
 
     `belief` (rows, cols) int8, row 0 = south: above 0 an obstacle, the higher the more often it was seen;
     0 unknown; -1 free.
@@ -57,17 +57,19 @@ class Recollection:
         self._resolution = resolution
         self._remembering = remembering or Remembering()
         self._corner = (0, 0)
-        """Row and column of the first cell, counted from the origin of the odom frame."""
+        """Row and column of the first cell, counted from the origin of the frame."""
         self.belief: NDArray[np.int8] = np.zeros((_BLOCK, _BLOCK), np.int8)
         self._held: NDArray[np.bool_] = np.zeros((_BLOCK, _BLOCK), np.bool_)
         self._lasting: NDArray[np.int8] = np.zeros((_BLOCK, _BLOCK), np.int8)
         """How many times in a row an obstacle has been there."""
         self._built: NDArray[np.bool_] = np.zeros((_BLOCK, _BLOCK), np.bool_)
         """Where walls stand by a plan: these stay."""
+        self._beside: NDArray[np.bool_] = np.zeros((_BLOCK, _BLOCK), np.bool_)
+        """These, and all around them: the local grid shows them a cell wider."""
 
     @property
     def geometry(self) -> GridGeometry:
-        """Where it is (odom frame)."""
+        """Where it is."""
         (row, col), step = self._corner, self._resolution
         return GridGeometry(step, col * step, row * step, *self.belief.shape)
 
@@ -78,6 +80,7 @@ class Recollection:
         if any(pad != (0, 0) for pad in pads):
             self.belief, self._held = np.pad(self.belief, pads), np.pad(self._held, pads)
             self._built, self._lasting = np.pad(self._built, pads), np.pad(self._lasting, pads)
+            self._beside = np.pad(self._beside, pads)
             self._corner = (self._corner[0] - pads[0][0], self._corner[1] - pads[1][0])
 
     def _padding(self, axis: int, low: float, high: float) -> tuple[int, int]:
@@ -92,10 +95,11 @@ class Recollection:
         if not len(points):
             return
         for x, y in (points.min(axis=0), points.max(axis=0)):
-            self.cover(float(x), float(y), self._resolution)
+            self.cover(float(x), float(y), 2.0 * self._resolution)
         self.belief.ravel()[self._beneath(plan.free)] = -1
         self._built.ravel()[self._beneath(plan.walls)] = True
         self.belief[self._built] = self._remembering.firmness
+        self._beside = _widened(self._built)
 
     def take(self, local: LocalGrid, now_ns: int, frame: Pose = ORIGIN) -> None:
         """Take over what the local grid, in whose middle the robot is, holds now.
@@ -114,7 +118,7 @@ class Recollection:
         doubted = self._holding(places[log_odds > 0])
         free = self._holding(places[(log_odds <= keep.free) & lately]) & ~doubted
         wholly = ~self._holding(places[log_odds > keep.free])
-        self._learn(obstacle & ~self._beside_walls(), free, wholly)
+        self._learn(obstacle & ~self._beside, free, wholly)
 
     def _learn(self, obstacle: NDArray[np.bool_], free: NDArray[np.bool_], wholly: NDArray[np.bool_]) -> None:
         belief, keep = self.belief, self._remembering
@@ -126,16 +130,6 @@ class Recollection:
         belief[worn] -= 1
         belief[free & (belief == 0)] = -1
         self._held = obstacle
-
-    def _beside_walls(self) -> NDArray[np.bool_]:
-        """(rows, cols) of the plan's walls, and all around them: the local grid shows them a cell wider."""
-        beside = self._built.copy()
-        for axis in (0, 1):
-            grown = beside.copy()
-            for step in (1, -1):
-                grown |= np.roll(beside, step, axis)
-            beside = grown
-        return beside
 
     def _places(self, geometry: GridGeometry, frame: Pose) -> NDArray[np.intp]:
         """(rows, cols) of a local grid: the cell here, row * columns + column, of each one's middle."""
@@ -175,6 +169,13 @@ class Recollection:
     def relent(self) -> None:
         """Forget the obstacles that are remembered only: that the local grid did not hold when last taken."""
         self.belief[(self.belief > 0) & ~self._held & ~self._built] = 0
+
+
+def _widened(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(rows, cols) a mask, that is nowhere at its array's border, and the eight neighbours of its cells."""
+    tall = mask | np.roll(mask, 1, axis=0) | np.roll(mask, -1, axis=0)
+    wide: NDArray[np.bool_] = tall | np.roll(tall, 1, axis=1) | np.roll(tall, -1, axis=1)
+    return wide
 
 
 @lru_cache(maxsize=8)

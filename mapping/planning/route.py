@@ -19,7 +19,7 @@ class Route:
     """From where the robot was when it was found to the goal."""
 
     points: Floats
-    """(n, 2) x and y, m, in the odom frame; n at least 2."""
+    """(n, 2) x and y, m, in the memory's frame; n at least 2."""
 
     @property
     def end(self) -> Point:

@@ -13,7 +13,7 @@ from echogrid.mapping.planning.recollection import Recollection
 from echogrid.mapping.planning.wavefront import Cell, Floats
 
 Point = tuple[float, float]
-"""x and y, m, in the odom frame."""
+"""x and y, m, in the memory's frame."""
 Mask = NDArray[np.bool_]
 Cells = NDArray[np.intp]
 """row * columns + column."""

@@ -16,7 +16,6 @@ _SPARE = 0.01
 """m that is kept at least where the way is narrower than the margin."""
 _NEAREST = 0.25
 """m: a point that is nearer says little of a direction."""
-
 _CLOSE = 0.08
 """m: but where it is too narrow for the others, it has to do."""
 

@@ -44,8 +44,7 @@ class Patience:
     aligned: float = 0.1
     """rad."""
     back_speed: float = 0.1
-    """m/s."""
-    """Ahead, too."""
+    """m/s; ahead, too."""
     back: float = 0.3
     """m, at the most, each time."""
     back_ns: int = 6 * _SECOND_NS

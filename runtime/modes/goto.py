@@ -46,12 +46,12 @@ class Goto:
         """As the navigator says."""
         if self.tracker and self.tracker.is_lost:
             return self._over(reached=False, told="lost: the echoes do not fit the map")
-        here = self._guide.here(situation) if self._guide else situation.pose
+        here = self._guide.here(situation.pose) if self._guide else situation.pose
         goal = towards(here, *self._goal)
         if goal.distance <= ARRIVED:
             return self._over(reached=True, told=self._told("there", here))
         if self._guide:
-            goal = self._guide.aim(situation, self._goal)
+            goal = self._guide.aim(situation.local, situation.pose, situation.now_ns, self._goal)
             self._longest = max(self._longest, goal.distance)
         moment = Moment(situation.now_ns, situation.pose, situation.twist)
         course = self._navigator.steer(situation.local, moment, goal, situation.elapsed_s)

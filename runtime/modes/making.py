@@ -48,7 +48,7 @@ def goto_on(config: Config, plan: FloorPlan, start: Pose, x: float, y: float) ->
     """Towards a point (m) of a floor plan, on which the robot starts at that pose."""
     outline = body(config)
     plan = plan.without(start.x, start.y, outline.radius + outline.margin)
-    guide = Guide(PlanTracker(plan, start), planner(outline, plan))
+    guide = guide_on(plan, start, outline)
     return Goto(navigator(config, Follow), x, y, guide)
 
 
@@ -64,6 +64,11 @@ def navigator(config: Config, way: Way = VfhPlus) -> Navigator:
     window = Window(local.resolution_m, cells, body(config))
     obstacles = Obstacles(window, Belief(unknown=sight.unknown, stale_ns=sight.stale_ns))
     return Navigator(way(window, limits(config)), obstacles, limits(config))
+
+
+def guide_on(plan: FloorPlan, start: Pose, outline: Body) -> Guide:
+    """By a floor plan, on which the robot starts at that pose."""
+    return Guide(planner(outline, plan), PlanTracker(plan, start))
 
 
 def planner(outline: Body, plan: FloorPlan | None = None) -> Planner:

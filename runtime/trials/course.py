@@ -20,7 +20,7 @@ from echogrid.mapping.planning.floor_plan import SPACING, FloorPlan, Points, pla
 from echogrid.mapping.pose import Pose as Frame
 
 GOAL_M = 0.4
-"""From the goal: within it the robot, which knows its place by its wheels alone, is there."""
+"""From the goal: within it the robot, as far as it knows its place, is there."""
 MARGIN_M = 0.05
 """What the shortest way keeps between the robot and all things."""
 _SHORTEST_M, _LONGEST_M = 6.0, 25.0

@@ -17,7 +17,8 @@ STANDING = Twist()
 
 
 class Pilot(Protocol):
-    """Steers towards a goal. Poses, goal and grid are in the odom frame."""
+    """Steers towards a goal. Poses and grid are in the odom frame; the goal is in it, or in that of the floor
+    plan, which is the same at the start."""
 
     @property
     def guarded(self) -> bool:

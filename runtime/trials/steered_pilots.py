@@ -3,8 +3,6 @@
 from echogrid.mapping.local_grid import LocalGrid
 from echogrid.mapping.placed_ping import PlacedPing
 from echogrid.mapping.planning.floor_plan import FloorPlan
-from echogrid.mapping.planning.planner import Planner
-from echogrid.mapping.planning.tracking import PlanTracker
 from echogrid.mapping.pose import ORIGIN, Pose
 from echogrid.mapping.steering.follow import Follow
 from echogrid.mapping.steering.goal import towards
@@ -15,6 +13,7 @@ from echogrid.mapping.steering.vfh_plus import VfhPlus
 from echogrid.mapping.steering.window import Body
 from echogrid.mapping.twist import Twist
 from echogrid.runtime.modes import making
+from echogrid.runtime.modes.guide import Guide
 from echogrid.runtime.trials.pilot import STANDING, Robot
 
 _ARRIVED = 0.15
@@ -22,34 +21,26 @@ _ARRIVED = 0.15
 
 
 class Steered:
-    """The robot's own navigator, with a way of steering; where there is a planner, along its way."""
+    """The robot's own navigator, with a way of steering; with a guide, along its way."""
 
     guarded = True
 
-    def __init__(
-        self,
-        way: making.Way,
-        robot: Robot,
-        planner: Planner | None = None,
-        tracker: PlanTracker | None = None,
-    ) -> None:
-        self.tracker = tracker
+    def __init__(self, way: making.Way, robot: Robot, guide: Guide | None = None) -> None:
+        self.tracker = guide.tracker if guide else None
         self._robot = robot
         self._navigator = making.navigator(robot.config, way)
-        self._planner = planner
+        self._guide = guide
 
     def hear(self, ping: PlacedPing) -> None:
         """The grid has it."""
 
     def step(self, now_ns: int, local: LocalGrid, pose: Pose, twist: Twist, goal: Pose) -> Twist:
         """As the navigator says, until the goal is reached."""
-        frame = self.tracker.drift if self.tracker else ORIGIN
-        here = frame.compose(pose)
-        there = towards(here, goal.x, goal.y)
+        there = towards(self._guide.here(pose) if self._guide else pose, goal.x, goal.y)
         if there.distance < _ARRIVED:
             return STANDING
-        if self._planner is not None:
-            there = self._planner.aim(local, here, now_ns, (goal.x, goal.y), frame)
+        if self._guide:
+            there = self._guide.aim(local, pose, now_ns, (goal.x, goal.y))
         return self._navigator.steer(local, Moment(now_ns, pose, twist), there, self._robot.period_s).twist
 
 
@@ -70,7 +61,7 @@ def vfh_plus(robot: Robot) -> Steered:
 
 def planned(robot: Robot) -> Steered:
     """VFH+ towards the next stretch of a way that is planned over all that was seen so far."""
-    return Steered(VfhPlus, robot, making.planner(_outline(robot)))
+    return Steered(VfhPlus, robot, Guide(making.planner(_outline(robot))))
 
 
 def guided(robot: Robot) -> Steered:
@@ -84,8 +75,7 @@ def mapped(robot: Robot) -> Steered:
 
 
 def _by(plan: FloorPlan, robot: Robot) -> Steered:
-    planner = making.planner(_outline(robot), plan)
-    return Steered(Follow, robot, planner, PlanTracker(plan, Pose()))
+    return Steered(Follow, robot, making.guide_on(plan, ORIGIN, _outline(robot)))
 
 
 def _outline(robot: Robot) -> Body:

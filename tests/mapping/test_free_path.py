@@ -25,6 +25,7 @@ NOW = 100 * SECOND
 RESOLUTION = 0.1
 CELLS = 60
 LATENCY_S = 0.25
+CRUISE = Twist(0.4)
 DISC = RESOLUTION * 0.5**0.5
 
 places = st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
@@ -70,7 +71,7 @@ class Around:
         dx, dy = geometry.x_centres[np.newaxis, :] - at.x, geometry.y_centres[:, np.newaxis] - at.y
         self.local.seen_ns[np.hypot(dx, dy) <= radius] = stamp_ns
 
-    def look(self, twist: Twist = Twist(0.4), latency_s: float = LATENCY_S) -> FreePath:  # noqa: B008 - a Twist is frozen
+    def look(self, twist: Twist = CRUISE, latency_s: float = LATENCY_S) -> FreePath:
         return self.sensor.look(self.local, self.robot, NOW, twist, latency_s)
 
 
